@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import resampled
+from drake_starnav.geometry.polyline import resample_polyline
 from drake_starnav.lidar.scan_log import LoggedScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds import World
@@ -73,7 +73,7 @@ def tour(world: World, places: np.ndarray, length: float, seed: int) -> np.ndarr
 
 def tour_log(world: World, path: np.ndarray, count: int, spacing: float, seed: int) -> list[LoggedScan]:
     """Scans every `spacing` metres of a path (k, 2), at most `count`; the robot looks where it drives."""
-    shapes, places = visible_shapes(world), resampled(path, spacing)[: count + 1]
+    shapes, places = visible_shapes(world), resample_polyline(path, spacing)[: count + 1]
     yaw = np.arctan2(*np.diff(places, axis=0).T[::-1])
     log = []
     for k, (place_k, yaw_k) in enumerate(zip(places[:-1], yaw, strict=True)):

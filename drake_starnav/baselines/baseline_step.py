@@ -14,8 +14,8 @@ from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import aimed, wrapped_angle
+from drake_starnav.robot.base import convert_to_twist
+from drake_starnav.robot.limits import velocity_towards, wrap_angle
 
 AT_REST = 0.12
 """A robot this near to its goal stops, m: nearby obstacles may keep a baseline from coming nearer."""
@@ -65,8 +65,10 @@ class BaselineInput:
             return STOP
         bearing = math.atan2(velocity[1], velocity[0])
         speed = min(speed, max_speed, self.robot.max_speed)
-        error = wrapped_angle(bearing - self.pose[2])
-        return Proposal(twist_of(aimed(error, speed, self.robot.limits), self.robot.drive), unit_vector(bearing))
+        error = wrap_angle(bearing - self.pose[2])
+        return Proposal(
+            convert_to_twist(velocity_towards(error, speed, self.robot.limits), self.robot.drive), unit_vector(bearing)
+        )
 
 
 class Baseline(Protocol):

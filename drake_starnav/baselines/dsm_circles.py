@@ -18,7 +18,7 @@ import numpy as np
 
 from drake_starnav.baselines.baseline_step import BaselineInput
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 
 PARALLEL = 1e-5
 """A direction whose cosine to the reference is nearer than this to 1 or -1 counts as parallel or opposite to it."""
@@ -46,7 +46,7 @@ def directional_mean(reference: np.ndarray, vectors: np.ndarray, weights: np.nda
     cosine, sine = units @ reference, reference[0] * units[:, 1] - reference[1] * units[:, 0]
     angle = np.where(cosine < 1.0 - PARALLEL, np.arctan2(sine, cosine), 0.0)
     angle[cosine <= PARALLEL - 1.0] = math.pi  # the left turn, whatever rounding says about the side
-    return placed(np.array((0.0, 0.0, shares @ angle)), reference[None])[0]
+    return transform_points(np.array((0.0, 0.0, shares @ angle)), reference[None])[0]
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy as np
 from drake_starnav.baselines.baseline_step import BaselineInput, unit_vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.se2 import inverse, placed
+from drake_starnav.geometry.se2 import invert_pose, transform_points
 from drake_starnav.robot import RobotParameters
 
 PERIOD = 0.25
@@ -70,7 +70,7 @@ def dwa_twist(
         robot: its radius and limits.
         margin: clearance kept beyond the radius, m.
     """
-    hits, goal = placed(inverse(pose), points), placed(inverse(pose), goal[None])[0]
+    hits, goal = transform_points(invert_pose(pose), points), transform_points(invert_pose(pose), goal[None])[0]
     v, omega = _best(twist, goal, hits, robot.limits, robot.radius + margin)
     return float(v), float(omega)
 

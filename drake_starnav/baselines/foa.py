@@ -18,7 +18,7 @@ import numpy as np
 from drake_starnav.baselines.baseline_step import MIN_DISTANCE, BaselineInput
 from drake_starnav.baselines.dsm_circles import directional_mean
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 
 CREEP_SPEED = 0.1
 """A modulated velocity slower than this is not brought back to the nominal speed, m/s."""
@@ -183,7 +183,7 @@ def _reference(normal: np.ndarray, offset: np.ndarray, radius: float) -> np.ndar
         folded = (math.pi - abs(angle)) / (math.pi - MAX_REFERENCE_ANGLE) * MAX_REFERENCE_ANGLE
         angle = math.copysign(folded, angle)
     angle *= min(math.hypot(*offset) / radius, 1.0)
-    return placed(np.array((0.0, 0.0, angle)), normal[None])[0]
+    return transform_points(np.array((0.0, 0.0, angle)), normal[None])[0]
 
 
 def _modulated(vector: np.ndarray, normal: np.ndarray, reference: np.ndarray, m: float) -> np.ndarray:

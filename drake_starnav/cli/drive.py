@@ -12,7 +12,7 @@ from typing import Any
 from drake_starnav.cli.options import INTERRUPTED, NOT_REACHED, REACHED, Command, add_scenario
 from drake_starnav.errors import StarnavError, counted, shown
 from drake_starnav.utils.files import check_outputs, write_text
-from drake_starnav.utils.imported import imported
+from drake_starnav.utils.imported import import_extra
 
 ROBOTS = {"ros2": "drake_starnav.runtime.ros2:Ros2"}
 """Robots by name."""
@@ -26,7 +26,7 @@ def made(kind: str, options: Sequence[str], *arguments: Any) -> Any:
         options: its arguments by name, as NAME=VALUE; a value is JSON, or a text.
         arguments: before these.
     """
-    factory = imported("robot", ROBOTS.get(kind, kind))
+    factory = import_extra("robot", ROBOTS.get(kind, kind))
     settings = {}
     for option in options:
         key, is_given, value = option.partition("=")
@@ -79,15 +79,15 @@ def _drive(options: argparse.Namespace) -> int:
         navigator = Navigator(scenario, mounts=getattr(robot, "mounts", None))
         if hasattr(robot, "navigator"):
             robot.navigator = navigator  # whose plan it shows
-        ends = {"seconds": options.seconds, "until_reached": options.until_reached, "quiet": options.quiet}
-        driven = drive(navigator, robot, goal=options.goal, log=options.log, **ends)
+        end_conditions = {"seconds": options.seconds, "until_reached": options.until_reached, "quiet": options.quiet}
+        drive_result = drive(navigator, robot, goal=options.goal, log=options.log, **end_conditions)
     except StarnavError:
         robot.close()
         raise
-    print(driven)
-    if driven.end == "stopped":
+    print(drive_result)
+    if drive_result.end == "stopped":
         return INTERRUPTED
-    return REACHED if driven.end == "reached" or not options.until_reached else NOT_REACHED
+    return REACHED if drive_result.end == "reached" or not options.until_reached else NOT_REACHED
 
 
 drive = Command(
@@ -106,9 +106,9 @@ def _add_log(parser: argparse.ArgumentParser) -> None:
 def _replay(options: argparse.Namespace) -> int:
     from drake_starnav.runtime import replay as repeat
 
-    replayed = repeat(options.log)
-    print(replayed)
-    return REACHED if replayed.differs is None else NOT_REACHED
+    replayed_log = repeat(options.log)
+    print(replayed_log)
+    return REACHED if replayed_log.differs is None else NOT_REACHED
 
 
 replay = Command(

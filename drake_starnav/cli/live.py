@@ -54,11 +54,11 @@ class Controls:
     def poll(self) -> None:
         """Apply the clicks since the last call."""
         clicks = self._count()
-        pressed = {name for name, count in clicks.items() if count > self._clicks[name]}
+        pressed_buttons = {name for name, count in clicks.items() if count > self._clicks[name]}
         self._clicks = clicks
-        self.stopped = self.stopped or STOP in pressed
-        if pressed & {START, PAUSE}:
-            self.running = PAUSE not in pressed
+        self.stopped = self.stopped or STOP in pressed_buttons
+        if pressed_buttons & {START, PAUSE}:
+            self.running = PAUSE not in pressed_buttons
 
     def _count(self) -> dict[str, int]:
         return {name: self._meshcat.GetButtonClicks(name) for name in KEYS}
@@ -124,8 +124,8 @@ class LiveRun:
         self._followed = add_station(builder, world, scenario, continuous=True, seed=seed)
         self._navigation = add_navigation(builder, scenario, Parts(world, self._followed, goal), seed)
         CollisionMonitor.AddToBuilder(builder, self._followed)
-        kept = self._html is not None
-        self._shapes = add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=kept).stage.shapes
+        keeps_page = self._html is not None
+        self._shapes = add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=keeps_page).stage.shapes
 
     def _layers(self) -> dict[str, Layer]:
         """Return the layers that a legend may list."""
@@ -162,9 +162,9 @@ class LiveRun:
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")
-            elif (now := self._going()) != self._said:
-                self._say(f"{self.time:6.1f} s: {now}")
-                self._said = now
+            elif (current_text := self._going()) != self._said:
+                self._say(f"{self.time:6.1f} s: {current_text}")
+                self._said = current_text
         return not self.outcome
 
     def run(self) -> None:
@@ -194,8 +194,8 @@ class LiveRun:
         status = None if port is None else value_of(port, self.simulator.get_context())
         if np.hypot(*(self.pose[:2] - self.goal)) < self._scenario.simulation.goal_tolerance:
             return "reached the goal"
-        said = {PlannerStatus.UNREACHABLE: "found no way to the goal", PlannerStatus.BLOCKED: "blocked"}
-        return "on its way" if status is None else said.get(status, "on its way")
+        status_texts = {PlannerStatus.UNREACHABLE: "found no way to the goal", PlannerStatus.BLOCKED: "blocked"}
+        return "on its way" if status is None else status_texts.get(status, "on its way")
 
 
 class LiveRobots(LiveRun):
@@ -209,12 +209,12 @@ class LiveRobots(LiveRun):
         stations = [simulated(each.navigation.station) for each in self._driven]
         self._followed = stations[0]
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
-        hidden = [*self._followed.floor, *collar_geometries(scene_graph)]
+        hidden_geometries = [*self._followed.floor, *collar_geometries(scene_graph)]
         period = 1.0 / scenario.recording.frames_per_second
         # what is below the robots stays
-        looks: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
+        visual_parameters: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
         links = [frame for station in stations for frame in robot_frames(station)]
-        add_scene(builder, plant, scene_graph, self.meshcat, hidden, robot=links, **looks)
+        add_scene(builder, plant, scene_graph, self.meshcat, hidden_geometries, robot=links, **visual_parameters)
         layers = self._layers()
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         self._shapes = stage.shapes
@@ -230,5 +230,5 @@ class LiveRobots(LiveRun):
 
     def _going(self) -> str:
         context = self.simulator.get_context()
-        there = sum(bool(np.isfinite(each.reached(context)).all()) for each in self._driven)
-        return f"{there} of {len(self._driven)} have reached their goals"
+        arrived_count = sum(bool(np.isfinite(each.reached(context)).all()) for each in self._driven)
+        return f"{arrived_count} of {len(self._driven)} have reached their goals"

@@ -43,8 +43,11 @@ def _list(arguments: Sequence[str]) -> int:
     if list(arguments) == ["--version"]:
         from drake_starnav.evaluation.trial_file import versions
 
-        found = versions()
-        print(f"drake_starnav {found['drake_starnav']} ({found['git'] or 'no checkout'}), Drake {found['drake']}")
+        found_versions = versions()
+        print(
+            f"drake_starnav {found_versions['drake_starnav']} ({found_versions['git'] or 'no checkout'}), "
+            f"Drake {found_versions['drake']}"
+        )
         return 0
     if arguments and arguments[0] not in ("-h", "--help"):
         raise unknown_name(f"command {shown(arguments[0])}", arguments[0], MODULES)

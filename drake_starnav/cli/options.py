@@ -84,22 +84,22 @@ def run_command(
 @contextmanager
 def plain_warnings(prog: str) -> Iterator[None]:
     """Print each warning for the user once and in one line, without the place in the code."""
-    before, said = warnings.formatwarning, set[str]()
+    previous_format, said_warnings = warnings.formatwarning, set[str]()
 
     def plain(message: Warning | str, category: type[Warning], *place: Any) -> str:
         if category is not UserWarning:
-            return before(message, category, *place)
+            return previous_format(message, category, *place)
         text = f"{prog}: warning: {one_line(str(message))}\n"
-        if text in said:
+        if text in said_warnings:
             return ""
-        said.add(text)
+        said_warnings.add(text)
         return text
 
     warnings.formatwarning = plain  # type: ignore[assignment]
     try:
         yield
     finally:
-        warnings.formatwarning = before
+        warnings.formatwarning = previous_format
 
 
 def exit_code(prog: str, work: Callable[[], int]) -> int:

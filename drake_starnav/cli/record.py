@@ -116,25 +116,25 @@ def _record(options: argparse.Namespace) -> int:
     from drake_starnav.visualization.page import check_view  # late: bad input is reported before Drake is loaded
 
     check_view(options.view)
-    shown = _shown_layers(run, options)
+    shown_layers = _shown_layers(run, options)
     if stills or clips:
         _check_pictures(options)
-    recorded, same = _shoot(run, html, options, shown)
+    recorded_run, same = _shoot(run, html, options, shown_layers)
     for path, time in stills:
-        if recorded.duration < time < math.inf:
-            allowed = f"allowed: times up to {recorded.duration:.1f} s"
-            raise StarnavError(f"--{path.suffix[1:]} is {time:g}, after the run; {allowed}")
+        if recorded_run.duration < time < math.inf:
+            allowed_text = f"allowed: times up to {recorded_run.duration:.1f} s"
+            raise StarnavError(f"--{path.suffix[1:]} is {time:g}, after the run; {allowed_text}")
     if stills or clips:
         from drake_starnav.visualization.pictures import write_clips, write_still
 
         for path, time in stills:
             width = options.width if path.suffix == ".png" else options.width / 100
-            write_still(path, recorded, time, options.view, width)
+            write_still(path, recorded_run, time, options.view, width)
         if clips:
-            write_clips([*clips.values()], recorded, options.view, options.width, options.speed, options.rate)
-    written = [html, *(path for path, _ in stills), *clips.values()]
+            write_clips([*clips.values()], recorded_run, options.view, options.width, options.speed, options.rate)
+    written_files = [html, *(path for path, _ in stills), *clips.values()]
     if not options.quiet:
-        print_written(written)
+        print_written(written_files)
     if not same:
         print(
             f"{program_name()} record: this run differs from the trial it repeats; both need the same versions and "
@@ -220,10 +220,10 @@ def _shoot(
         if options.compare:
             from drake_starnav.simulation.records import record_comparison
 
-            recorded = record_comparison(
+            recorded_run = record_comparison(
                 run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress
             )
-            return recorded, True
+            return recorded_run, True
         from drake_starnav.simulation.records import record_robots, robots_record
         from drake_starnav.simulation.robots import run_robots
         from drake_starnav.simulation.run import run_trial
@@ -232,8 +232,8 @@ def _shoot(
         ((method, scenario),) = run.scenarios.items()
         if scenario.robots:
             trials = run_robots(scenario, method=method, seed=run.seed, progress=progress)
-            recorded = record_robots(scenario, trials, run.seed, html, view=options.view, shown=shown)
-            return recorded, run.state_hash in (None, robots_record(trials)["state_hash"])
+            recorded_run = record_robots(scenario, trials, run.seed, html, view=options.view, shown=shown)
+            return recorded_run, run.state_hash in (None, robots_record(trials)["state_hash"])
         recorder = Recorder(html, options.view, shown)
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.recorded is not None

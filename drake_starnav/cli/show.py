@@ -33,11 +33,11 @@ def _work(options: argparse.Namespace) -> int:
         from drake_starnav.visualization.world_figure import write_png
 
         world = robot_world(scenario, options.seed)
-        found = omniscient_path(world, scenario.robot.shape)
-        length = "no shortest path" if found is None else f"shortest path {found[0]:.2f} m"
+        found_path = omniscient_path(world, scenario.robot.shape)
+        length = "no shortest path" if found_path is None else f"shortest path {found_path[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
         NavigationStation(world, scenario)  # it warns of what lidars do not see
-        write_png(world, scenario, None if found is None else found[1], title, file)
+        write_png(world, scenario, None if found_path is None else found_path[1], title, file)
     moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
     print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
     return REACHED
@@ -65,14 +65,14 @@ def _print_margins(options: argparse.Namespace) -> int:
     for term, value in counting:
         print(f"{1e3 * value:8.2f} mm  {term.text}: {term.meaning}")
     print(f"{0.0:8.2f} mm  the other {len(TERMS) - len(counting)} terms that SAFETY.md lists")
-    derived = vars(derive_margins(scenario, mounts))
+    derived_margins = vars(derive_margins(scenario, mounts))
     print(f"{1e3 * budget.total:8.2f} mm  the sum, which is the safety margin")
-    print(f"{1e3 * derived['thinnest']:8.2f} mm  the thinnest obstacle that is certain to be seen\n")
+    print(f"{1e3 * derived_margins['thinnest']:8.2f} mm  the thinnest obstacle that is certain to be seen\n")
     for name, value in budget.symbols.items():
         print(f"{value:11.6g}  {name} = {SYMBOLS[name].text}: {SYMBOLS[name].meaning}")
     print()
-    retention = {f"retention.{name}": value for name, value in derived.pop("retention")._asdict().items()}
-    for name, value in {**derived, **retention}.items():
+    retention = {f"retention.{name}": value for name, value in derived_margins.pop("retention")._asdict().items()}
+    for name, value in {**derived_margins, **retention}.items():
         print(f"{str(round(value, 6) if isinstance(value, float) else value):>11}  {name}")
     return REACHED
 

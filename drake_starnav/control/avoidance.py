@@ -1,9 +1,9 @@
 """Collision avoidance: a search over sequences of manoeuvres for the best way past obstacles that move.
 
 A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the velocity, or drive in a direction, forwards or
-backwards, as the base does it (`aimed`): turning and then driving sideways is one manoeuvre. The first one must begin
-with a twist that the certificates accept. Of each generation the BEAM best rollouts that differ are continued, up to
-the horizon.
+backwards, as the base does it (`velocity_towards`): turning and then driving sideways is one manoeuvre. The first one
+must begin with a twist that the certificates accept. Of each generation the BEAM best rollouts that differ are
+continued, up to the horizon.
 
 In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
 edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
@@ -34,12 +34,12 @@ from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
-from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import Velocity, aimed, limited, slowed, time_from_rest, wrapped_angle
-from drake_starnav.robot.motion import Actuation, Pose, moved, ramped_velocity, roll_out, velocity_of
-from drake_starnav.safety.certificates import Certificate, accepted
+from drake_starnav.robot.base import convert_to_twist
+from drake_starnav.robot.limits import Velocity, cap_speed, limit_value, time_from_rest, velocity_towards, wrap_angle
+from drake_starnav.robot.motion import Actuation, Pose, convert_to_velocity, integrate_step, ramp_velocity, roll_out
+from drake_starnav.safety.certificates import Certificate, all_accept
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
-from drake_starnav.surroundings.region_union import RegionUnion, cover_at, covers
+from drake_starnav.surroundings.region_union import RegionUnion, covers, find_cover
 from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.tracking.tracker import TrackedObstacles
 
@@ -216,11 +216,11 @@ def avoid_collision(
     around = find_velocity_around(pose, inputs.guidance.path, scene, robot)
     manoeuvres = list_manoeuvres(twist, robot.limits, around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
-    twists = twist_of(velocities, actuation.base)
+    twists = convert_to_twist(velocities, actuation.base)
 
     @functools.cache  # several manoeuvres begin alike
     def is_accepted(*first: float) -> bool:
-        return accepted(roll_out(pose, twist, np.array(first), actuation), certificates)
+        return all_accept(roll_out(pose, twist, np.array(first), actuation), certificates)
 
     same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
     refused = [0]
@@ -257,7 +257,7 @@ def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None
     """
     max_speed = limits.max_speed
     rows = [(FOLLOW_PATH, share * max_speed, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
-    kept_velocities = (Velocity(0.0, 0.0, 0.0), velocity_of(twist), Velocity(-0.5 * max_speed, 0.0, 0.0))
+    kept_velocities = (Velocity(0.0, 0.0, 0.0), convert_to_velocity(twist), Velocity(-0.5 * max_speed, 0.0, 0.0))
     rows += [(KEEP_VELOCITY, 0.0, 0.0, *velocity) for velocity in kept_velocities]
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
@@ -284,7 +284,7 @@ def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> n
     """Return the rollout before its first step, shape (1,) of `ROLLOUT`, for any base's twist."""
     rollout = np.zeros(1, ROLLOUT)
     rollout["x"], rollout["y"], rollout["yaw"] = pose
-    rollout["ahead"], rollout["aside"], rollout["turning"] = velocity_of(twist)
+    rollout["ahead"], rollout["aside"], rollout["turning"] = convert_to_velocity(twist)
     rollout["way_point"], rollout["region"] = 1, -1
     rollout["arrival_time"] = np.inf
     hit_distance = min(nearest_hit(pose[0], pose[1], scene.hits), (1.0 + WALL_ZONE) * scene.settings.radius)
@@ -350,9 +350,9 @@ def begin_manoeuvres(manoeuvres, start, scene):
     continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, SEGMENT), scene, np.inf, rollouts)
     for m in range(len(manoeuvres)):
         wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene.line, limits, scene.settings)
-        ahead = limited(wanted_velocity.ahead, limits.max_speed)
-        aside = limited(wanted_velocity.aside, limits.max_speed)
-        turning = limited(wanted_velocity.turning, limits.max_yaw_rate)
+        ahead = limit_value(wanted_velocity.ahead, limits.max_speed)
+        aside = limit_value(wanted_velocity.aside, limits.max_speed)
+        turning = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
         velocities[m, 0], velocities[m, 1], velocities[m, 2] = ahead, aside, turning
         velocity_change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
         velocity_change += abs(turning - rollout.turning) / limits.max_yaw_rate
@@ -404,7 +404,7 @@ def select_best_rollouts(rollouts, same_place, same_speed):
             other = rollouts[kept_indices[q]]
             if (
                 (rollout.x - other.x) ** 2 + (rollout.y - other.y) ** 2 < same_place * same_place
-                and abs(wrapped_angle(rollout.yaw - other.yaw)) < SAME_HEADING
+                and abs(wrap_angle(rollout.yaw - other.yaw)) < SAME_HEADING
                 and math.hypot(rollout.ahead - other.ahead, rollout.aside - other.aside) < same_speed
             ):
                 break
@@ -461,7 +461,7 @@ def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities
         wanted_velocity = choose_velocity(manoeuvres[m], rollouts[last_leader], scene.line, limits, settings)
         if brakes[last_leader]:
             wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
-        velocity, mean = ramped_velocity(velocity_at_end(rollouts[last_leader]), wanted_velocity, STEP, limits)
+        velocity, mean = ramp_velocity(velocity_at_end(rollouts[last_leader]), wanted_velocity, STEP, limits)
         put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
         leaders[m] = find_leader(velocities, last_leaders, m)
         if leaders[m] == m != last_leader:
@@ -476,7 +476,7 @@ def drive_step(rollout, velocities, m, hit_distance, scene):
     """
     radius, star = scene.settings.radius, scene.star
     mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
-    pose, way = moved(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
+    pose, way = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
     rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
     rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
@@ -545,14 +545,14 @@ def choose_velocity(manoeuvre, rollout, line, limits, settings):
         return Velocity(manoeuvre.ahead, manoeuvre.aside, manoeuvre.turning)
     if manoeuvre.kind == DRIVE_IN_DIRECTION:
         course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
-        return aimed(wrapped_angle(course - rollout.yaw), speed, limits)
+        return velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
     is_last, arrived = k == len(line) - 1, ARRIVED * settings.radius
     if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
-    wanted = aimed(wrapped_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
+    wanted = velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
     if is_last:
-        wanted = slowed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
+        wanted = cap_speed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
     return wanted
 
 
@@ -680,7 +680,7 @@ def region_around(regions, region, x, y):
     """Return the index of a region that contains (x, y), or -1; `region`, which held the last place, is tried first."""
     if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
         return region
-    return cover_at(regions, x, y, 0.0)
+    return find_cover(regions, x, y, 0.0)
 
 
 @leaf
@@ -712,7 +712,7 @@ def times_along(line, limits):
         heading = math.atan2(dy, dx)
         times[k] = math.hypot(dx, dy) / limits.max_speed + times[k + 1]
         if k + 2 < len(line):
-            times[k] += heading_loss(wrapped_angle(next_heading - heading), full_speed(limits), limits)
+            times[k] += heading_loss(wrap_angle(next_heading - heading), full_speed(limits), limits)
         next_heading = heading
     return times
 
@@ -723,10 +723,10 @@ def time_to_go(line, times_left, rollout, limits):
     k, velocity = rollout.way_point, velocity_at_end(rollout)
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
     heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrapped_angle(heading - rollout.yaw), velocity, limits)
+    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrap_angle(heading - rollout.yaw), velocity, limits)
     if k + 1 < len(line):
         leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
-        time += times_left[k] + heading_loss(wrapped_angle(leg - heading), full_speed(limits), limits)
+        time += times_left[k] + heading_loss(wrap_angle(leg - heading), full_speed(limits), limits)
     return time
 
 

@@ -11,8 +11,8 @@ from drake_starnav.control.modulation import modulate_direction
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
-from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import STOPPING_GAIN, aimed, slowed, wrapped_angle
+from drake_starnav.robot.base import convert_to_twist
+from drake_starnav.robot.limits import STOPPING_GAIN, cap_speed, velocity_towards, wrap_angle
 from drake_starnav.surroundings.region_union import RegionUnion
 
 GOAL_BRAKING = 0.96
@@ -36,7 +36,7 @@ def follow_guidance(inputs: ControllerInputs, robot: RobotParameters) -> Proposa
     _follow_guidance(
         pose, way_ahead, (star.boundary.points, star.radius), robot.shape.cover_radius, tuple(limits), proposal
     )
-    return Proposal(twist_of(proposal[2:], robot.drive), proposal[:2])
+    return Proposal(convert_to_twist(proposal[2:], robot.drive), proposal[:2])
 
 
 @leaf
@@ -58,9 +58,9 @@ def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
     if ux == 0.0 and uy == 0.0:
         return
     ux, uy = free_heading(x, y, ux, uy, certificate[0], (radius, certificate[1]))
-    velocity = aimed(wrapped_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
+    velocity = velocity_towards(wrap_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     speed_limit = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
-    velocity = slowed(velocity, speed_limit)
+    velocity = cap_speed(velocity, speed_limit)
     proposal[0], proposal[1] = ux, uy
     proposal[2], proposal[3], proposal[4] = velocity.ahead, velocity.aside, velocity.turning
 

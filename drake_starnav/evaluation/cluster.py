@@ -49,14 +49,18 @@ def _check_workers(client: Any, address: str) -> int:
     """The number of the workers' threads; raises `StarnavError` unless every worker runs the same code as this."""
     try:
         client.wait_for_workers(1, timeout=TIMEOUT)
-        found = client.run(versions)
+        versions_found = client.run(versions)
     except TimeoutError:
         raise StarnavError(f"--dask {address}: the scheduler has no workers; allowed: at least one") from None
     except ImportError as error:
         raise StarnavError(f"--dask {address}: {error} on a worker; allowed: the same installation as here") from None
-    here = versions()
-    for worker, there in found.items():
-        other = [f"{name} {there.get(name)}, here {value}" for name, value in here.items() if there.get(name) != value]
+    own_versions = versions()
+    for worker, worker_versions in versions_found.items():
+        other = [
+            f"{name} {worker_versions.get(name)}, here {value}"
+            for name, value in own_versions.items()
+            if worker_versions.get(name) != value
+        ]
         if other:
             raise StarnavError(f"--dask {address}: worker {worker} has {'; '.join(other)}; allowed: the same versions")
     return sum(client.nthreads().values())

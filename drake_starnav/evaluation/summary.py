@@ -109,8 +109,8 @@ def summarise(records: Sequence[Record]) -> list[Summary]:
 
 def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
     ran = [record for record in records if "time_s" in record]
-    reached = [record for record in ran if record["outcome"] == "reached"]
-    ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached if r["shortest_path_m"]]
+    reached_records = [record for record in ran if record["outcome"] == "reached"]
+    ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records if r["shortest_path_m"]]
     clearances = [r["min_clearance_m"] for r in ran if r["min_clearance_m"] is not None]
     scores = [r["score"] for r in ran if r.get("score") is not None]
     counts = Counter(record["outcome"] for record in records)
@@ -124,14 +124,14 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
         scenario=scenario,
         method=method,
         trials=trials,
-        reached=len(reached),
-        interval=wilson_interval(len(reached), trials),
+        reached=len(reached_records),
+        interval=wilson_interval(len(reached_records), trials),
         failures={name: counts[name] for name in dict.fromkeys((*OUTCOMES, *sorted(counts)))},
         path_mean=_figure(np.mean, ratios),
         path_median=_figure(np.median, ratios),
         path_p95=_figure(lambda values: np.percentile(values, 95), ratios),
-        time_s=_figure(np.mean, [r["time_s"] for r in reached]),
-        speed_mps=_total_ratio(reached, "path_length_m", "time_s"),
+        time_s=_figure(np.mean, [r["time_s"] for r in reached_records]),
+        speed_mps=_total_ratio(reached_records, "path_length_m", "time_s"),
         score=sum(scores) / trials if scores else None,
         clearance_m=_figure(np.min, clearances),
         command_p50_s=median("command", "p50_s"),

@@ -67,9 +67,11 @@ def versions() -> dict[str, str]:
 
 def code_of(cases: Sequence[Case]) -> dict[str, str]:
     """Return a hash of the file of each module, outside of this package, from which cases have a method or a world."""
-    named = [name for case in cases for name in (METHODS.get(case.method, case.method), *WORLD_TAG.findall(case.text))]
-    functions = {name.__module__ for name in named if callable(name)}
-    modules = functions | {name.partition(":")[0] for name in named if isinstance(name, str) and ":" in name}
+    named_modules = [
+        name for case in cases for name in (METHODS.get(case.method, case.method), *WORLD_TAG.findall(case.text))
+    ]
+    functions = {name.__module__ for name in named_modules if callable(name)}
+    modules = functions | {name.partition(":")[0] for name in named_modules if isinstance(name, str) and ":" in name}
     own = sorted(name for name in modules if not name.startswith("drake_starnav."))
     files = {name: getattr(importlib.import_module(name), "__file__", None) for name in own}
     return {name: hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] for name, file in files.items() if file}
@@ -126,8 +128,8 @@ class TrialFile:
             if data and not resume:
                 raise StarnavError(f"{path} exists and is not empty; allowed: a new file, or --resume to continue it")
             if data:
-                found, records = read_trials(path)
-                check_same(found, header, str(path))
+                found_header, records = read_trials(path)
+                check_same(found_header, header, str(path))
                 self._records = {record_key(record): record for record in records}
             self._file = open(path, "ab")  # noqa: SIM115 (closed by close)
             self._file.truncate(data.rfind(b"\n") + 1)
@@ -172,9 +174,9 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
-    place, allowed = f"file of trials {path}", "a file written by `starnav benchmark --json`"
-    data = read_bytes(path, place, allowed)
-    with reading(place, allowed):
+    place, allowed_text = f"file of trials {path}", "a file written by `starnav benchmark --json`"
+    data = read_bytes(path, place, allowed_text)
+    with reading(place, allowed_text):
         entries = [json.loads(line) for line in data.decode().split("\n")[:-1]]
         if not entries or not isinstance(entries[0], dict) or not entries[0].keys() >= HEADER_KEYS:
             raise ValueError("it has no header")
@@ -187,13 +189,13 @@ def check_same(found: Header, wanted: Header, place: str) -> None:
     pairs += [(name, found.get(name), wanted[name]) for name in ("seed", "in_worlds", "overrides")]
     names = [", ".join(f"{c['scenario']} {c['method']}" for c in header["cases"]) for header in (found, wanted)]
     pairs.append(("cases", names[0], names[1]))
-    changed = [f"{name} {one}, now {other}" for name, one, other in pairs if one != other]
+    changed_keys = [f"{name} {one}, now {other}" for name, one, other in pairs if one != other]
     for name, code in wanted["code"].items():
-        if (before := found.get("code", {}).get(name)) != code:
-            changed.append(f"other code of {name} ({before or 'not noted'}, now {code})")
-    if not changed and found["cases"] != wanted["cases"]:
-        changed = ["other parameters"]
-    if changed:
+        if (previous_code := found.get("code", {}).get(name)) != code:
+            changed_keys.append(f"other code of {name} ({previous_code or 'not noted'}, now {code})")
+    if not changed_keys and found["cases"] != wanted["cases"]:
+        changed_keys = ["other parameters"]
+    if changed_keys:
         raise StarnavError(
-            f"{place} was written with {'; '.join(changed)}; allowed: --resume with the same, or another file"
+            f"{place} was written with {'; '.join(changed_keys)}; allowed: --resume with the same, or another file"
         )

@@ -51,10 +51,10 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
     Raises:
         StarnavError: the workers can no longer be reached.
     """
-    waiting, lost = deque(jobs), set[Job]()
+    waiting, lost_jobs = deque(jobs), set[Job]()
     while waiting:
         running: dict[Future[Record], Job] = {}
-        ended: SimpleQueue[Future[Record]] = SimpleQueue()  # `wait` would not notice those cancelled from outside
+        ended_jobs: SimpleQueue[Future[Record]] = SimpleQueue()  # `wait` would not notice those cancelled from outside
         broken = False
         with pool.make_executor() as executor:
             while running or (waiting and not broken):
@@ -65,20 +65,20 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
                         broken = True
                         break
                     running[future] = waiting.popleft()
-                    future.add_done_callback(ended.put)
+                    future.add_done_callback(ended_jobs.put)
                 if not running:
                     continue
-                job = running.pop(future := ended.get())
+                job = running.pop(future := ended_jobs.get())
                 if future.cancelled():
                     raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
                 if future.exception() is None:  # never the trial's own: run_job turns that into a record
                     yield future.result()
-                elif job in lost:
+                elif job in lost_jobs:
                     broken = True
                     yield error_record(job, "its worker process died, twice")
                 else:
                     broken = True
-                    lost.add(job)
+                    lost_jobs.add(job)
                     waiting.append(job)
 
 
@@ -151,21 +151,23 @@ def run_batch(
     if not jobs:
         return list(records.values())
     total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
-    untried: set[tuple[str, str]] = set()
+    untried_pairs: set[tuple[str, str]] = set()
     try:
         with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool)) as results:
             bar.say(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()))
-            for ended, record in enumerate(results, start=1):
+            for ended_count, record in enumerate(results, start=1):
                 if file and record != records.get(record_key(record)):
                     file.append(record)
                 records[record_key(record)] = record
                 case = record["scenario"], record["method"]
-                known = record["outcome"] == "reached" or (record["outcome"] == UNSUPPORTED and case in untried)
-                if not known:
+                is_known = record["outcome"] == "reached" or (
+                    record["outcome"] == UNSUPPORTED and case in untried_pairs
+                )
+                if not is_known:
                     bar.say(one_line(f"{title} {_failure(record)}".lstrip()))
                 if record["outcome"] == UNSUPPORTED:
-                    untried.add(case)
-                bar.count(ended, len(jobs))
+                    untried_pairs.add(case)
+                bar.count(ended_count, len(jobs))
     except KeyboardInterrupt:
         raise BatchInterrupted(list(records.values()), total) from None
     return list(records.values())

@@ -31,9 +31,9 @@ def put(rows, k, values):
 
 
 @kernel
-def largest(values):
+def find_largest(values):
     """The largest of some numbers (n,), n >= 1; the array's own `max` takes Numba ten times as long to compile."""
-    most = values[0]
+    greatest_value = values[0]
     for value in values:
-        most = max(most, value)
-    return most
+        greatest_value = max(greatest_value, value)
+    return greatest_value

@@ -10,7 +10,7 @@ import shapely
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.compiled import kernel, leaf
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.utils.snapshot import snapshot
 
 SAMPLING = 0.032
@@ -105,8 +105,8 @@ class Footprint:
         edges = [np.roll(part, -1, axis=0) - part for part in self.parts]
         normals = [np.column_stack((e[:, 1], -e[:, 0])) / np.hypot(*e.T)[:, None] for e in edges]
         offsets = [(n * part).sum(axis=1) for n, part in zip(normals, self.parts, strict=True)]
-        ends = np.cumsum([len(part) for part in self.parts])
-        return Polygons(np.vstack(self.parts), np.vstack(normals), np.concatenate(offsets), ends)
+        part_ends = np.cumsum([len(part) for part in self.parts])
+        return Polygons(np.vstack(self.parts), np.vstack(normals), np.concatenate(offsets), part_ends)
 
     @functools.cached_property
     def body(self) -> Body:
@@ -119,17 +119,17 @@ class Footprint:
         if self.is_disc:
             angle = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
             return self.radius * np.column_stack((np.cos(angle), np.sin(angle)))
-        return _hull(np.vstack(self.parts))
+        return _find_hull(np.vstack(self.parts))
 
 
 @leaf
-def fastest_point(speed, turning, lever):
+def find_top_speed(speed, turning, lever):
     """No point of a footprint of a `lever` (m) is faster than this at speeds (m/s) and turning rates (rad/s), m/s."""
     return np.abs(speed) + lever * np.abs(turning)
 
 
 @kernel
-def in_frame(x, y, frame):
+def transform_point(x, y, frame):
     """A place in the frame at (x, y, cosine and sine of the yaw); all three in one outer frame, m."""
     dx, dy = x - frame[0], y - frame[1]
     return frame[2] * dx + frame[3] * dy, frame[2] * dy - frame[3] * dx
@@ -138,19 +138,19 @@ def in_frame(x, y, frame):
 @kernel
 def gap_to_disc(frame, body, x, y, radius, least):
     """How far a `Body` at a frame is from a disc about (x, y), m, or `least` if that is less."""
-    near = least + radius + body.radius
-    if near >= 0.0 and (x - frame[0]) ** 2 + (y - frame[1]) ** 2 >= near * near:
+    near_distance = least + radius + body.radius
+    if near_distance >= 0.0 and (x - frame[0]) ** 2 + (y - frame[1]) ** 2 >= near_distance * near_distance:
         return least
-    x, y = in_frame(x, y, frame)
+    x, y = transform_point(x, y, frame)
     return min(least, distance_to_point(x, y, body) - radius)
 
 
 @kernel
 def distance_to_point(x, y, body):
     """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
-    ends, least = body.polygons.ends, np.inf
-    for k in range(max(len(ends), 1)):
-        start, end = ends[k - 1] if k > 0 else 0, ends[k] if len(ends) else 0
+    part_ends, least = body.polygons.ends, np.inf
+    for k in range(max(len(part_ends), 1)):
+        start, end = part_ends[k - 1] if k > 0 else 0, part_ends[k] if len(part_ends) else 0
         least = min(least, part_distance(x, y, body, start, end)[0])
     return least
 
@@ -166,25 +166,25 @@ def part_distance(x, y, body, start, end):
         return size - body.radius, x / max(size, TINY), y / max(size, TINY)
     polygons, depth, nx, ny = body.polygons, -np.inf, 0.0, 0.0
     for k in range(start, end):
-        along = polygons.normals[k, 0] * x + polygons.normals[k, 1] * y - polygons.offsets[k]
-        if along > depth:
-            depth, nx, ny = along, polygons.normals[k, 0], polygons.normals[k, 1]
+        distance_along = polygons.normals[k, 0] * x + polygons.normals[k, 1] * y - polygons.offsets[k]
+        if distance_along > depth:
+            depth, nx, ny = distance_along, polygons.normals[k, 0], polygons.normals[k, 1]
     if depth <= TINY:
         return depth, nx, ny
-    squared, before = np.inf, polygons.vertices[end - 1]
+    squared, previous_corner = np.inf, polygons.vertices[end - 1]
     for k in range(start, end):
-        after = polygons.vertices[k]
-        ex, ey = after[0] - before[0], after[1] - before[1]
-        t = min(max(((x - before[0]) * ex + (y - before[1]) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
-        dx, dy = x - before[0] - t * ex, y - before[1] - t * ey
+        next_corner = polygons.vertices[k]
+        ex, ey = next_corner[0] - previous_corner[0], next_corner[1] - previous_corner[1]
+        t = min(max(((x - previous_corner[0]) * ex + (y - previous_corner[1]) * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+        dx, dy = x - previous_corner[0] - t * ex, y - previous_corner[1] - t * ey
         if dx * dx + dy * dy < squared:
             squared, nx, ny = dx * dx + dy * dy, dx, dy
-        before = after
+        previous_corner = next_corner
     depth = math.sqrt(squared)
     return depth, nx / depth, ny / depth
 
 
-def shaped(robot: Footprint | float) -> Footprint:
+def as_footprint(robot: Footprint | float) -> Footprint:
     """A footprint; of a number the disc of that radius, m."""
     return robot if isinstance(robot, Footprint) else disc(robot)
 
@@ -205,14 +205,14 @@ def footprint(corners: tuple) -> Footprint:
     Raises:
         StarnavError: they are no convex polygons, or too small to be a robot.
     """
-    parts = tuple(_convex(part) for part in (corners if isinstance(corners[0][0], Sequence) else (corners,)))
-    boxes = [_box(part) for part in parts]
-    counts = [_discs(length, width) for _, _, length, width in boxes]
+    parts = tuple(_is_convex(part) for part in (corners if isinstance(corners[0][0], Sequence) else (corners,)))
+    boxes = [_find_box(part) for part in parts]
+    counts = [_fit_discs(length, width) for _, _, length, width in boxes]
     narrow = max(math.hypot(0.5 * box[2] / k, 0.5 * box[3]) for box, k in zip(boxes, counts, strict=True))
     cover = []
-    for (middle, along, length, width), _ in zip(boxes, counts, strict=True):
+    for (middle, box_direction, length, width), _ in zip(boxes, counts, strict=True):
         k = max(math.ceil(length / (2.0 * math.sqrt(max(narrow**2 - 0.25 * width**2, 1e-12))) - 1e-9), 1)
-        cover.append(middle + along * (length * ((np.arange(k) + 0.5) / k - 0.5))[:, None])
+        cover.append(middle + box_direction * (length * ((np.arange(k) + 0.5) / k - 0.5))[:, None])
     radius = float(np.hypot(*np.vstack(parts).T).max())
     return Footprint(parts, np.vstack(cover), narrow, radius)
 
@@ -228,20 +228,22 @@ def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> floa
     rest = shapely.difference(hull.buffer(grown, quad_segs=_ROUND), body)
     if rest.is_empty:
         return 0.0
-    least = float(shapely.distance(shapely.points(shapely.get_coordinates(rest)), body).max())
-    most = least + ROUNDING
-    while not body.buffer(most, quad_segs=_ROUND).covers(rest):
-        least, most = most, 2.0 * most
-    while most - least > 1e-4:
-        middle = 0.5 * (least + most)
-        covers = body.buffer(middle, quad_segs=_ROUND).covers(rest)
-        least, most = (least, middle) if covers else (middle, most)
-    return least
+    lower_bound = float(shapely.distance(shapely.points(shapely.get_coordinates(rest)), body).max())
+    upper_bound = lower_bound + ROUNDING
+    while not body.buffer(upper_bound, quad_segs=_ROUND).covers(rest):
+        lower_bound, upper_bound = upper_bound, 2.0 * upper_bound
+    while upper_bound - lower_bound > 1e-4:
+        middle = 0.5 * (lower_bound + upper_bound)
+        is_covered = body.buffer(middle, quad_segs=_ROUND).covers(rest)
+        lower_bound, upper_bound = (lower_bound, middle) if is_covered else (middle, upper_bound)
+    return lower_bound
 
 
 def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     """The area that a robot covers at a pose (x, y, yaw); a disc as a polygon of 48 corners."""
-    return shapely.union_all([shapely.Polygon(placed(pose, part)) for part in shape.parts or (shape.outline,)])
+    return shapely.union_all(
+        [shapely.Polygon(transform_points(pose, part)) for part in shape.parts or (shape.outline,)]
+    )
 
 
 def overlap(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.ndarray) -> bool:
@@ -251,10 +253,10 @@ def overlap(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.n
 
 def least_width(shape: shapely.Geometry) -> float:
     """The width of the least rectangle around a geometry, m."""
-    return _box(shapely.get_coordinates(shape))[3]
+    return _find_box(shapely.get_coordinates(shape))[3]
 
 
-def _convex(corners: Sequence) -> np.ndarray:
+def _is_convex(corners: Sequence) -> np.ndarray:
     points = np.array(corners, dtype=float)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
         part = shown([list(corner) for corner in corners])
@@ -267,20 +269,21 @@ def _convex(corners: Sequence) -> np.ndarray:
         )
     if not shapely.MultiPoint(points).convex_hull.area > 0.0:
         raise StarnavError(f"footprint {points.tolist()} has all corners in line; allowed: corners of an area")
-    hull = _hull(points)
-    if _box(hull)[3] < LEAST_SIZE:
+    hull = _find_hull(points)
+    if _find_box(hull)[3] < LEAST_SIZE:
         raise StarnavError(f"footprint {points.tolist()} is too narrow; allowed: at least {LEAST_SIZE:g} m wide")
     depth = shapely.distance(shapely.points(points), shapely.LinearRing(hull))
     if depth.max() > IN_LINE or not shapely.Polygon(points).is_valid:
-        inside = f": {points[depth.argmax()].tolist()} lies {1e3 * depth.max():.3g} mm inside its hull"
+        inside_text = f": {points[depth.argmax()].tolist()} lies {1e3 * depth.max():.3g} mm inside its hull"
         raise StarnavError(
-            f"footprint {points.tolist()} is not convex{inside if depth.max() > IN_LINE else ''}; allowed: a convex "
+            f"footprint {points.tolist()} is not convex{inside_text if depth.max() > IN_LINE else ''}; "
+            "allowed: a convex "
             "polygon, or a list of convex polygons"
         )
     return hull
 
 
-def _hull(points: np.ndarray) -> np.ndarray:
+def _find_hull(points: np.ndarray) -> np.ndarray:
     """The convex hull counterclockwise, shape (n, 2), without corners in line."""
     hull = shapely.MultiPoint(points).convex_hull
     if not isinstance(hull, shapely.Polygon):
@@ -288,7 +291,7 @@ def _hull(points: np.ndarray) -> np.ndarray:
     return shapely.get_coordinates(shapely.orient_polygons(hull.simplify(1e-9)))[:-1]
 
 
-def _box(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
+def _find_box(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
     """The least rectangle around a polygon: middle, unit vector along its longer side, length and width, m."""
     corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.MultiPoint(polygon)))[:4]
     if len(corners) < 4:
@@ -296,11 +299,11 @@ def _box(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
     sides = corners[1:3] - corners[0:2]
     lengths = np.hypot(*sides.T)
     longer = int(lengths.argmax())
-    along = sides[longer] / lengths[longer]
-    return corners.mean(axis=0), along, float(lengths[longer]), float(lengths[1 - longer])
+    long_direction = sides[longer] / lengths[longer]
+    return corners.mean(axis=0), long_direction, float(lengths[longer]), float(lengths[1 - longer])
 
 
-def _discs(length: float, width: float) -> int:
+def _fit_discs(length: float, width: float) -> int:
     for k in range(1, MOST_DISCS):
         if math.hypot(0.5 * length / k, 0.5 * width) < (1.0 + SAMPLING) * 0.5 * width:
             return k

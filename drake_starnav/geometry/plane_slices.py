@@ -70,15 +70,18 @@ class Slab(NamedTuple):
         """The faces within SLAB of a plane (3, 3), and wide ones."""
         if not len(solids.face_vertices):
             return Slab(solids, tuple(plane.tolist()), 0.0)
-        away, starts = solids.vertices - plane[2], solids.face_starts
-        height, distance = away @ np.cross(plane[0], plane[1]), np.sqrt((away * away).sum(axis=1))
+        vertices_above, starts = solids.vertices - plane[2], solids.face_starts
+        height, distance = (
+            vertices_above @ np.cross(plane[0], plane[1]),
+            np.sqrt((vertices_above * vertices_above).sum(axis=1)),
+        )
         lowest = np.minimum.reduceat(height[solids.face_vertices], starts[:-1])
         highest, reach = (np.maximum.reduceat(x[solids.face_vertices], starts[:-1]) for x in (height, distance))
-        near, sizes = (lowest <= SLAB) & (highest >= -SLAB) | (reach > WIDE), np.diff(starts)
-        used, vertices = np.unique(solids.face_vertices[np.repeat(near, sizes)], return_inverse=True)
-        starts = np.concatenate((starts[:1], np.cumsum(sizes[near])))
-        kept = replace(solids, vertices=solids.vertices[used], face_starts=starts, face_vertices=vertices)
-        return Slab(kept, tuple(plane.tolist()), float(reach.max(initial=0.0, where=~near)))
+        is_near, sizes = (lowest <= SLAB) & (highest >= -SLAB) | (reach > WIDE), np.diff(starts)
+        used, vertices = np.unique(solids.face_vertices[np.repeat(is_near, sizes)], return_inverse=True)
+        starts = np.concatenate((starts[:1], np.cumsum(sizes[is_near])))
+        kept_solids = replace(solids, vertices=solids.vertices[used], face_starts=starts, face_vertices=vertices)
+        return Slab(kept_solids, tuple(plane.tolist()), float(reach.max(initial=0.0, where=~is_near)))
 
     def holds(self, plane: np.ndarray) -> bool:
         """Whether it has all faces that a plane (3, 3) cuts: no vertex is higher over one than over the other by more.
@@ -86,8 +89,8 @@ class Slab(NamedTuple):
         Of a vertex v the heights n (v - o) differ by at most |n' - n| |v - o| + |o' - o|, and normals by no more than
         the two vectors of the planes together.
         """
-        turned = [math.dist(*both) for both in zip(self.plane, plane.tolist(), strict=True)]
-        return (turned[0] + turned[1]) * self.far + turned[2] < SLAB
+        differences = [math.dist(*both) for both in zip(self.plane, plane.tolist(), strict=True)]
+        return (differences[0] + differences[1]) * self.far + differences[2] < SLAB
 
 
 def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, float] = EVERYWHERE) -> np.ndarray:
@@ -103,7 +106,7 @@ def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, fl
 
 
 @kernel
-def scan_planes(X_WF, X_WS_begin, X_WS, known):
+def find_scan_planes(X_WF, X_WS_begin, X_WS, known):
     """The scan plane in each of m frames F.
 
     Args:
@@ -116,7 +119,7 @@ def scan_planes(X_WF, X_WS_begin, X_WS, known):
         yaw) of the sensor in each plane, (2, m, 3), at both; indices of the frames whose keys have changed.
     """
     keys, planes, poses = np.empty((len(X_WF), 4)), np.empty((len(X_WF), 3, 3)), np.empty((2, len(X_WF), 3))
-    changed, count = np.empty(len(X_WF), np.int64), 0
+    changed_planes, count = np.empty(len(X_WF), np.int64), 0
     for k in range(len(X_WF)):
         X, key = X_WF[k], keys[k]
         first, second, origin = planes[k, 0], planes[k, 1], planes[k, 2]
@@ -136,11 +139,11 @@ def scan_planes(X_WF, X_WS_begin, X_WS, known):
         first[0], first[1], first[2] = first[0] / length, first[1] / length, first[2] / length
         second[0], second[1] = n1 * first[2] - n2 * first[1], n2 * first[0] - n0 * first[2]
         second[2] = n0 * first[1] - n1 * first[0]
-        away = key[3] * RESOLUTION
-        origin[0], origin[1], origin[2] = n0 * away, n1 * away, n2 * away
+        plane_offset = key[3] * RESOLUTION
+        origin[0], origin[1], origin[2] = n0 * plane_offset, n1 * plane_offset, n2 * plane_offset
         for i in range(4):
             if key[i] != known[k, i]:
-                changed[count] = k
+                changed_planes[count] = k
                 count += 1
                 break
         for X_S, pose in ((X_WS_begin, poses[0, k]), (X_WS, poses[1, k])):
@@ -155,7 +158,7 @@ def scan_planes(X_WF, X_WS_begin, X_WS, known):
                 cosine += first[i] * a
                 sine += second[i] * a
             pose[0], pose[1], pose[2] = x, y, math.atan2(sine, cosine)
-    return keys, planes, poses, changed[:count]
+    return keys, planes, poses, changed_planes[:count]
 
 
 @leaf
@@ -186,11 +189,11 @@ def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
     for k in range(len(quadrics)):
         count = _slice_quadric(quadrics[k], plane, normal, rows, count)
     for f in crossing[:cut]:
-        first, last, found = face_starts[f], face_starts[f + 1], 0
+        first, last, found_count = face_starts[f], face_starts[f + 1], 0
         x1 = y1 = x2 = y2 = 0.0
         for k in range(first, last):
             i, j = face_vertices[k], face_vertices[k + 1 if k + 1 < last else first]
-            if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found == 2:
+            if (heights[i] >= 0.0) == (heights[j] >= 0.0) or found_count == 2:
                 continue
             if heights[i] > heights[j]:  # always upwards: two faces that share an edge get exactly the same point
                 i, j = j, i
@@ -198,16 +201,16 @@ def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
             a, b = vertices[i], vertices[j]
             point = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
             x1, y1, x2, y2 = x2, y2, _along(point, plane[0], plane[2]), _along(point, plane[1], plane[2])
-            found += 1
-        if found == 2 and (x1 != x2 or y1 != y2):
+            found_count += 1
+        if found_count == 2 and (x1 != x2 or y1 != y2):
             count = _put_segment(x1, y1, x2, y2, rows, count)
-    (x, y, radius), kept = near, 0
+    (x, y, radius), kept_count = near, 0
     for k in range(count):
         if math.hypot(rows[k, 0] - x, rows[k, 1] - y) <= radius + rows[k, 2]:
-            for column in range(COLUMNS if kept < k else 0):
-                rows[kept, column] = rows[k, column]
-            kept += 1
-    return rows[:kept]
+            for column in range(COLUMNS if kept_count < k else 0):
+                rows[kept_count, column] = rows[k, column]
+            kept_count += 1
+    return rows[:kept_count]
 
 
 @leaf
@@ -220,7 +223,7 @@ def _put_segment(x1, y1, x2, y2, rows, count):
 
 
 @leaf
-def _times(q, v):
+def _multiply(q, v):
     """M v, with the upper triangle of M in a quadric's columns 3 to 8."""
     return (
         q[3] * v[0] + q[4] * v[1] + q[5] * v[2],
@@ -236,10 +239,10 @@ def _slice_quadric(q, plane, normal, rows, count):
     height = _along(center, normal, plane[2])
     x0, y0 = _along(center, e1, plane[2]), _along(center, e2, plane[2])
     # d is measured from the centre's projection, w = -height normal away from the centre.
-    M1, M2 = _times(q, e1), _times(q, e2)
+    M1, M2 = _multiply(q, e1), _multiply(q, e2)
     a00, a01, a11 = _along(M1, e1), _along(M1, e2), _along(M2, e2)
     b0, b1 = -height * _along(M1, normal), -height * _along(M2, normal)
-    conic = _Conic(a00, a01, a11, b0, b1, height * height * _along(_times(q, normal), normal) - 1.0)
+    conic = _Conic(a00, a01, a11, b0, b1, height * height * _along(_multiply(q, normal), normal) - 1.0)
     m0, m1 = _along(axis, e1), _along(axis, e2)
     lean = _along(axis, normal)
     low, high = q[12] + height * lean, q[13] + height * lean
@@ -299,11 +302,11 @@ def _slice_caps(q, height, lean, place, rows, count):
     cap = q[14]
     for bound in (q[12], q[13]):
         rise = height + bound * lean  # of the disc's centre above the plane
-        away = rise / slope  # from the disc's centre to the chord, within the disc
-        if abs(away) < cap:
-            half = math.sqrt(cap * cap - away * away)
-            along = bound * slope + away * lean
-            px, py = x0 + along * u0, y0 + along * u1
+        chord_distance = rise / slope  # from the disc's centre to the chord, within the disc
+        if abs(chord_distance) < cap:
+            half = math.sqrt(cap * cap - chord_distance * chord_distance)
+            chord_along = bound * slope + chord_distance * lean
+            px, py = x0 + chord_along * u0, y0 + chord_along * u1
             count = _put_segment(px - half * u1, py + half * u0, px + half * u1, py - half * u0, rows, count)
     return count
 

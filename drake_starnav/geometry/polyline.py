@@ -8,7 +8,7 @@ import shapely
 from drake_starnav.geometry.compiled import kernel, leaf
 
 
-def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
+def simplify_polyline(points: np.ndarray, tolerance: float) -> np.ndarray:
     """The corners (k, 2) of a polyline (n, 2) without those whose loss moves it by no more than `tolerance`, m.
 
     Source: D. H. Douglas and T. K. Peucker, Algorithms for the reduction of the number of points required to represent
@@ -21,10 +21,10 @@ def simplified(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Distance of points of shape (n, 2) to the segment between two of shape (2,), shape (n,), m."""
-    along = end - start
-    length_squared = float(along @ along)
-    share = np.clip((points - start) @ along / length_squared, 0.0, 1.0) if length_squared > 0.0 else 0.0
-    return np.hypot(*(points - start - np.multiply.outer(share, along)).T)
+    segment_vector = end - start
+    length_squared = float(segment_vector @ segment_vector)
+    share = np.clip((points - start) @ segment_vector / length_squared, 0.0, 1.0) if length_squared > 0.0 else 0.0
+    return np.hypot(*(points - start - np.multiply.outer(share, segment_vector)).T)
 
 
 @kernel
@@ -36,8 +36,8 @@ def third_side(a, b, cosine):
 def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Distance of points (m, 2) to the outline of a polygon (n, 2), negative inside; shape (m,), m."""
     area, places = shapely.Polygon(polygon), shapely.points(points)
-    away = shapely.distance(places, area.exterior)
-    return np.where(shapely.contains(area, places), -away, away)
+    edge_distance = shapely.distance(places, area.exterior)
+    return np.where(shapely.contains(area, places), -edge_distance, edge_distance)
 
 
 def around(polygon: np.ndarray, distance: float, step: float) -> np.ndarray:
@@ -73,31 +73,37 @@ def distances(origin, shape, step, reach, capsules):
     room = np.full(shape, reach)
     for c in range(len(capsules)):
         x1, y1, x2, y2, radius = capsules[c]
-        far = reach + radius
-        i0, i1 = int((min(x1, x2) - far - origin[0]) / step), int((max(x1, x2) + far - origin[0]) / step) + 2
-        j0, j1 = int((min(y1, y2) - far - origin[1]) / step), int((max(y1, y2) + far - origin[1]) / step) + 2
+        farthest_distance = reach + radius
+        i0, i1 = (
+            int((min(x1, x2) - farthest_distance - origin[0]) / step),
+            int((max(x1, x2) + farthest_distance - origin[0]) / step) + 2,
+        )
+        j0, j1 = (
+            int((min(y1, y2) - farthest_distance - origin[1]) / step),
+            int((max(y1, y2) + farthest_distance - origin[1]) / step) + 2,
+        )
         for i in range(max(i0, 0), min(i1, shape[0])):
             for j in range(max(j0, 0), min(j1, shape[1])):
                 x, y = origin[0] + i * step, origin[1] + j * step
-                away = math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius
-                room[i, j] = min(room[i, j], away)
+                capsule_distance = math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius
+                room[i, j] = min(room[i, j], capsule_distance)
     return room
 
 
-def resampled(points: np.ndarray, step: float) -> np.ndarray:
+def resample_polyline(points: np.ndarray, step: float) -> np.ndarray:
     """Points (k, 2) along a polyline (n, 2) at equal distances of at most `step`, both ends included, m."""
-    travelled = arc_lengths(points)
-    at = np.linspace(0.0, travelled[-1], int(np.ceil(travelled[-1] / step)) + 1)
-    return np.column_stack([np.interp(at, travelled, coordinate) for coordinate in points.T])
+    travelled_length = measure_arc_lengths(points)
+    at = np.linspace(0.0, travelled_length[-1], int(np.ceil(travelled_length[-1] / step)) + 1)
+    return np.column_stack([np.interp(at, travelled_length, coordinate) for coordinate in points.T])
 
 
 @kernel
-def subdivided(points, step):
+def subdivide_polyline(points, step):
     """Points (k, 2) along a polyline (n, 2) at most `step` apart, all of its corners included, m."""
     counts = np.ones(len(points), np.int64)
     for k in range(1, len(points)):
-        away = math.hypot(points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1])
-        counts[k] = int(away / step) + 1
+        segment_length = math.hypot(points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1])
+        counts[k] = int(segment_length / step) + 1
     out, n = np.empty((counts.sum(), 2)), 0
     for k in range(len(points)):
         for m in range(1, counts[k] + 1):
@@ -109,6 +115,6 @@ def subdivided(points, step):
     return out
 
 
-def arc_lengths(points: np.ndarray) -> np.ndarray:
+def measure_arc_lengths(points: np.ndarray) -> np.ndarray:
     """Length of a polyline up to each of its points; shape (n, 2) -> (n,), m."""
     return np.concatenate(([0.0], np.hypot(*np.diff(points, axis=0).T).cumsum()))

@@ -71,7 +71,7 @@ class Shapes(NamedTuple):
         return Shapes(groups[0] if len(groups) == 1 else np.concatenate([*groups, np.zeros((0, COLUMNS))]), starts)
 
 
-def circle_rows(circles: np.ndarray) -> np.ndarray:
+def make_circle_rows(circles: np.ndarray) -> np.ndarray:
     """Circles, shape (n, 3): x, y, radius, m, as rows."""
     circles = np.reshape(circles, (-1, 3))
     rows = np.zeros((len(circles), COLUMNS))
@@ -80,7 +80,7 @@ def circle_rows(circles: np.ndarray) -> np.ndarray:
     return rows
 
 
-def segment_rows(segments: np.ndarray) -> np.ndarray:
+def make_segment_rows(segments: np.ndarray) -> np.ndarray:
     """Segments, shape (n, 4): x1, y1, x2, y2, m, as rows."""
     segments = np.reshape(segments, (-1, 4))
     rows = np.zeros((len(segments), COLUMNS))
@@ -128,18 +128,18 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
         first = fan.angle_min + end[g, 2] - (0.0 if fan.clockwise else turn * (1.0 - 1.0 / beams))
         ax, ay, bx, by = begin[g, 0], begin[g, 1], end[g, 0], end[g, 1]
         for i in range(beams):
-            left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
-            yaw = end[g, 2] - left * turn
-            places[i, 0], places[i, 1] = bx + left * (ax - bx), by + left * (ay - by)
+            share_left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
+            yaw = end[g, 2] - share_left * turn
+            places[i, 0], places[i, 1] = bx + share_left * (ax - bx), by + share_left * (ay - by)
             places[i, 2], places[i, 3] = math.cos(yaw), math.sin(yaw)
         for k in range(len(rows)):
             dx, dy = rows[k, 0] - 0.5 * (ax + bx), rows[k, 1] - 0.5 * (ay + by)
-            away, radius = math.hypot(dx, dy), rows[k, 2] + 0.5 * math.hypot(bx - ax, by - ay) + _PAD
-            if away > reach + radius:
+            sight_distance, radius = math.hypot(dx, dy), rows[k, 2] + 0.5 * math.hypot(bx - ax, by - ay) + _PAD
+            if sight_distance > reach + radius:
                 continue
             offset, width = 0.0, circle
-            if away > radius and step > _PAD:
-                half = math.asin(radius / away)
+            if sight_distance > radius and step > _PAD:
+                half = math.asin(radius / sight_distance)
                 offset, width = (math.atan2(dy, dx) - half - first) % circle, 2.0 * half
             for start in (offset - circle, offset, offset + circle):  # beams beyond `width` miss it from everywhere
                 i0 = max(0, int(math.ceil((start - _PAD) / step)))
@@ -240,16 +240,16 @@ def _cast_conic(row, place, directions, i0, i1, ranges):
         ux, uy = directions[i, 0], directions[i, 1]
         a = p00 * ux * ux + 2.0 * p01 * ux * uy + p11 * uy * uy
         b = g0 * ux + g1 * uy
-        under = b * b - a * c
-        if a <= flat or under < 0.0:  # flat: the beam is parallel to the sides of a horizontal cylinder
+        discriminant = b * b - a * c
+        if a <= flat or discriminant < 0.0:  # flat: the beam is parallel to the sides of a horizontal cylinder
             continue
-        root = math.sqrt(under)
+        root = math.sqrt(discriminant)
         if b < 0.0:  # form without cancellation
-            near, far = c / (root - b), (root - b) / a
+            near_range, far_range = c / (root - b), (root - b) / a
         else:
-            near, far = -(root + b) / a, (-c / (root + b) if root + b > 0.0 else 0.0)
+            near_range, far_range = -(root + b) / a, (-c / (root + b) if root + b > 0.0 else 0.0)
         rate = m0 * ux + m1 * uy
-        for t in (near, far):
+        for t in (near_range, far_range):
             if 0.0 <= t < ranges[i] and low <= s + t * rate <= high:
                 ranges[i] = t
                 break
@@ -261,13 +261,13 @@ def _cast_circle(dx, dy, radius, directions, i0, i1, ranges):
     for i in range(i0, i1 + 1):
         ux, uy = directions[i, 0], directions[i, 1]
         cross = dx * uy - dy * ux
-        under = radius * radius - cross * cross
-        if under < 0.0:
+        discriminant = radius * radius - cross * cross
+        if discriminant < 0.0:
             continue
-        along, chord = dx * ux + dy * uy, math.sqrt(under)
-        t = along - chord
+        range_along, chord = dx * ux + dy * uy, math.sqrt(discriminant)
+        t = range_along - chord
         if t < 0.0:
-            t = along + chord
+            t = range_along + chord
         if 0.0 <= t < ranges[i]:
             ranges[i] = t
 

@@ -7,7 +7,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 
 
-def now_in(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
+def find_pose_in_frame(frame: np.ndarray, pose: np.ndarray) -> tuple[float, float, float]:
     """A pose (x, y, yaw) in the frame at the pose `frame`; both are given in one outer frame."""
     dx, dy, yaw = float(pose[0] - frame[0]), float(pose[1] - frame[1]), float(frame[2])
     turn = math.remainder(float(pose[2]) - yaw, 2.0 * math.pi)
@@ -18,7 +18,7 @@ Place = tuple[float, float, float] | np.ndarray
 """A pose (x, y, yaw), m and rad."""
 
 
-def composed(frame: Place, step: Place) -> np.ndarray:
+def compose_poses(frame: Place, step: Place) -> np.ndarray:
     """The pose, shape (3,), in the outer frame of a pose `step` given in `frame`; its yaw is within [-pi, pi]."""
     x, y, yaw = frame
     dx, dy, turn = step
@@ -31,20 +31,22 @@ def composed(frame: Place, step: Place) -> np.ndarray:
     )
 
 
-def inverse(frame: np.ndarray) -> np.ndarray:
+def invert_pose(frame: np.ndarray) -> np.ndarray:
     """The pose, shape (3,), of the outer frame in `frame`."""
-    return np.array(now_in(frame, np.zeros(3)))
+    return np.array(find_pose_in_frame(frame, np.zeros(3)))
 
 
-def placed(frame: np.ndarray, points: np.ndarray) -> np.ndarray:
+def transform_points(frame: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points, shape (n, 2), given in `frame`, in the outer frame; shape (n, 2), m."""
     x, y, yaw = frame
-    return _placed(np.ascontiguousarray(points, dtype=float), float(x), float(y), math.cos(yaw), math.sin(yaw))
+    return _transform_points(
+        np.ascontiguousarray(points, dtype=float), float(x), float(y), math.cos(yaw), math.sin(yaw)
+    )
 
 
 @kernel
-def _placed(points, x, y, cosine, sine):
-    """The loop of `placed`."""
+def _transform_points(points, x, y, cosine, sine):
+    """The loop of `transform_points`."""
     out = np.empty((len(points), 2))
     for k in range(len(points)):
         dx, dy = points[k, 0], points[k, 1]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint, covered, fastest_point
+from drake_starnav.geometry.footprint import Footprint, covered, find_top_speed
 from drake_starnav.utils.snapshot import snapshot
 
 WINDOW = 0.1
@@ -45,35 +45,35 @@ class Motion:
         return np.array([np.interp(time, self.times, track) for track in (*self.poses[:, :2].T, turning)])
 
 
-def evenly_sampled(times: np.ndarray, values: np.ndarray, period: float) -> np.ndarray:
+def sample_evenly(times: np.ndarray, values: np.ndarray, period: float) -> np.ndarray:
     """Values (n, m) at times (n,), s, interpolated at the first time and every `period` after it, shape (k, m)."""
     count = int((times[-1] - times[0]) / period + 1e-9) + 1
     even = times[0] + period * np.arange(count)
     return np.column_stack([np.interp(even, times, column) for column in values.T])
 
 
-def kept_samples(times: np.ndarray, points: np.ndarray, tolerance: float) -> np.ndarray:
+def select_samples(times: np.ndarray, points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the indices of samples that suffice: what is interpolated between them is nowhere off by more, at no time.
 
     `times` has shape (n,), s, `points` (n, 2), m, as `tolerance`.
 
     Source: N. Meratnia, R. A. de By, Spatiotemporal compression techniques for moving point objects, 2004.
     """
-    kept, parts = {0, len(times) - 1}, [(0, len(times) - 1)]
+    kept_indices, parts = {0, len(times) - 1}, [(0, len(times) - 1)]
     while parts:
         first, last = parts.pop()
         if last - first < 2:
             continue
         share = (times[first:last] - times[first]) / max(times[last] - times[first], 1e-9)
-        off = np.hypot(*(points[first:last] - points[first] - share[:, None] * (points[last] - points[first])).T)
-        if off.max() > tolerance:
-            middle = first + int(off.argmax())
-            kept.add(middle)
+        deviation = np.hypot(*(points[first:last] - points[first] - share[:, None] * (points[last] - points[first])).T)
+        if deviation.max() > tolerance:
+            middle = first + int(deviation.argmax())
+            kept_indices.add(middle)
             parts += [(first, middle), (middle, last)]
-    return np.array(sorted(kept))
+    return np.array(sorted(kept_indices))
 
 
-def least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) -> list[float]:
+def find_least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) -> list[float]:
     """The least distance of each robot's footprint to another one during a run, m; 0 if they overlap."""
     times = np.arange(0.0, max(motion.duration for motion in motions), 0.05)
     areas = [
@@ -108,7 +108,7 @@ class MotionMetrics:
     stuck_s: float
 
 
-def motion_metrics(
+def compute_motion_metrics(
     positions: np.ndarray, twists: np.ndarray, clearances: np.ndarray, *, time_step: float, footprint: Footprint
 ) -> MotionMetrics:
     """All metrics of one trajectory.
@@ -117,22 +117,22 @@ def motion_metrics(
     of its footprint, shape (n,), m; `time_step` is from sample to sample, s.
     """
     count = max(round(WINDOW / time_step), 1)
-    v, omega = window_means(twists[:, 0], count), window_means(twists[:, 1], count)
+    v, omega = compute_window_means(twists[:, 0], count), compute_window_means(twists[:, 1], count)
     window = count * time_step
     return MotionMetrics(
         mean_clearance_m=float(clearances.mean()),
         jerk_mps3=jerk(v, window),
         yaw_rate_change_radps2=yaw_rate_change(omega, window),
         twist_energy_m2ps=twist_energy(v, omega, window, footprint.radius),
-        stops=stops(fastest_point(v, omega, footprint.lever)),
+        stops=stops(find_top_speed(v, omega, footprint.lever)),
         stuck_s=time_stuck(positions[::count], window),
     )
 
 
-def window_means(values: np.ndarray, count: int) -> np.ndarray:
+def compute_window_means(values: np.ndarray, count: int) -> np.ndarray:
     """Means of consecutive groups of `count` values; an incomplete group at the end is dropped."""
-    whole = len(values) // count
-    return values[: whole * count].reshape(whole, count).mean(axis=1)
+    samples_per_window = len(values) // count
+    return values[: samples_per_window * count].reshape(samples_per_window, count).mean(axis=1)
 
 
 def jerk(v: np.ndarray, time_step: float) -> float:
@@ -167,7 +167,7 @@ def time_stuck(positions: np.ndarray, time_step: float) -> float:
     for k in range(1, len(positions) + 1):
         if k < len(positions) and math.dist(positions[begin], positions[k]) <= STUCK_RADIUS:
             continue
-        lasted = (k - 1 - begin) * time_step
-        total += lasted if lasted >= STUCK_TIME - 1e-9 else 0.0
+        stuck_time = (k - 1 - begin) * time_step
+        total += stuck_time if stuck_time >= STUCK_TIME - 1e-9 else 0.0
         begin = k
     return total

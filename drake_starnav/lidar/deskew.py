@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.se2 import now_in
+from drake_starnav.geometry.se2 import find_pose_in_frame
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import UNKNOWN, LaserScan
 
@@ -13,7 +13,9 @@ UNSWEPT = 0.001
 """Within the margin: beside a limited view, what is unseen because the sensor moved by this, m, does not count."""
 
 
-def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray, own: float = math.inf) -> LaserScan:
+def deskew_scan(
+    scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray, own: float = math.inf
+) -> LaserScan:
     """The scan as if all beams had been measured with the last one, from the sensor's pose at that time.
 
     The end point of each beam is transformed into the sensor frame at the end of the sweep and assigned to the beam of
@@ -31,10 +33,10 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
     Returns:
         A scan with as many beams and time increment 0.
     """
-    x, y, turn = now_in(pose, earlier)
+    x, y, turn = find_pose_in_frame(pose, earlier)
     step = np.array((x, y, turn)) * (abs(scan.time_increment) / (scan.time - time))
     field, limits = scan.field_of_view, (scan.range_min, scan.range_max)
-    ranges, source = _rebinned(scan.ranges, step, scan.time_increment < 0.0, field, field.seam, limits)
+    ranges, source = _rebin_ranges(scan.ranges, step, scan.time_increment < 0.0, field, field.seam, limits)
     if own < math.inf:
         _lose_unswept(ranges, scan, step, max(own, scan.thinnest))
     motion = None if scan.motion is None else np.where(source >= 0, scan.motion[source], UNKNOWN)
@@ -44,21 +46,21 @@ def deskewed(scan: LaserScan, earlier: np.ndarray, time: float, pose: np.ndarray
 
 def _lose_unswept(ranges: np.ndarray, scan: LaserScan, step: np.ndarray, own: float) -> None:
     """Lose the beams (n,) of a de-skewed scan that lead past the first beam of its sweep farther away than `own`, m."""
-    known, side = np.flatnonzero(~np.isnan(scan.ranges)), -1.0 if scan.time_increment < 0.0 else 1.0
-    if not len(known):
+    valid_beams, side = np.flatnonzero(~np.isnan(scan.ranges)), -1.0 if scan.time_increment < 0.0 else 1.0
+    if not len(valid_beams):
         return
-    first = known[0] if side > 0.0 else known[-1]
-    back = len(ranges) - 1 - first if side > 0.0 else first
-    bearing, (x, y) = scan.bearings[first] + back * step[2], back * step[:2]
-    outside = side * (math.sin(bearing) * -x - math.cos(bearing) * -y)  # of the line of the first beam, m
-    if outside > (scan.thinnest if scan.full_circle else UNSWEPT):
-        beyond = np.mod(side * (scan.bearings - bearing), TURN)
-        near = max(own, 2.0 * outside)
-        ranges[(beyond < 0.5 * math.pi) & (near * np.sin(beyond) < outside)] = math.nan
+    first = valid_beams[0] if side > 0.0 else valid_beams[-1]
+    last_beam = len(ranges) - 1 - first if side > 0.0 else first
+    bearing, (x, y) = scan.bearings[first] + last_beam * step[2], last_beam * step[:2]
+    outside_distance = side * (math.sin(bearing) * -x - math.cos(bearing) * -y)  # of the line of the first beam, m
+    if outside_distance > (scan.thinnest if scan.full_circle else UNSWEPT):
+        turn_beyond = np.mod(side * (scan.bearings - bearing), TURN)
+        lost_range = max(own, 2.0 * outside_distance)
+        ranges[(turn_beyond < 0.5 * math.pi) & (lost_range * np.sin(turn_beyond) < outside_distance)] = math.nan
 
 
 @kernel
-def _rebinned(ranges, step, clockwise, field, seam, limits):
+def _rebin_ranges(ranges, step, clockwise, field, seam, limits):
     """The ranges (n,), m, as seen from the end of the sweep, and the index of the beam each came from, or -1.
 
     `step` is (x, y, yaw) of the sensor one beam earlier, as seen from where it is, m and rad; `clockwise` whether the
@@ -70,18 +72,18 @@ def _rebinned(ranges, step, clockwise, field, seam, limits):
     for i in range(n):
         if math.isnan(ranges[i]):
             continue
-        back = i if clockwise else n - 1 - i
-        bearing = angle_min + i * increment + back * step[2]
+        beam_in_order = i if clockwise else n - 1 - i
+        bearing = angle_min + i * increment + beam_in_order * step[2]
         x, y = math.cos(bearing), math.sin(bearing)
         if ranges[i] > -math.inf:  # a hit that is too close has only a bearing
             reach = min(ranges[i], range_max)
-            x, y = back * step[0] + reach * x, back * step[1] + reach * y
-        beyond = (math.atan2(y, x) - angle_min + 0.5 * increment) % (2.0 * math.pi)
-        k = int(beyond / increment)
+            x, y = beam_in_order * step[0] + reach * x, beam_in_order * step[1] + reach * y
+        turn_beyond = (math.atan2(y, x) - angle_min + 0.5 * increment) % (2.0 * math.pi)
+        k = int(turn_beyond / increment)
         if k >= n:
             if seam == math.inf:
                 continue  # outside the field of view
-            k = n - 1 if beyond < (n - 0.5) * increment + 0.5 * seam else 0
+            k = n - 1 if turn_beyond < (n - 0.5) * increment + 0.5 * seam else 0
         distance = math.hypot(x, y)
         if ranges[i] == math.inf or distance >= range_max:
             distance = math.inf

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import Mount, unturned
+from drake_starnav.lidar.mounts import Mount, align_with_robot
 from drake_starnav.lidar.outlier_filter import NEIGHBOUR_BEAMS, SAME_SURFACE, lose_beams
 from drake_starnav.utils.snapshot import snapshot
 
@@ -44,22 +44,22 @@ class FaultyBeams:
             mount: of the lidar.
         """
         count, yaw = len(scan.ranges), float(pose[2])
-        before = self if len(self.scans) == count else FaultyBeams.none(count)
-        lone = _lone_hits(scan)
-        scans = np.where(lone, before.scans + 1, np.where(np.isnan(scan.ranges), before.scans, 0))
+        known_state = self if len(self.scans) == count else FaultyBeams.none(count)
+        lone = _find_lone_hits(scan)
+        scans = np.where(lone, known_state.scans + 1, np.where(np.isnan(scan.ranges), known_state.scans, 0))
         order = slice(None, None, -1 if mount.upside_down else 1)
         ranges, every = np.where(lone, scan.ranges, 0.0)[order], np.ones(count, bool)
-        hits = unturned(scan, mount).points_at(ranges, every, mount.unturned(pose))[order]
-        places = np.where((scans == 1)[:, None], hits, before.places)
-        yaws = np.where(scans == 1, yaw, before.yaws)
-        moved = np.hypot(*(hits - places).T)
-        turned = np.abs((yaw - yaws + math.pi) % (2.0 * math.pi) - math.pi)
-        errs = lone & (scans >= FEWEST_SCANS) & (turned >= LEAST_TURN) & (moved >= LEAST_WAY)
-        after = FaultyBeams(before.faulty | errs, scans, places, yaws)
-        return after, lose_beams(scan, np.flatnonzero(after.faulty & lone))
+        hits = align_with_robot(scan, mount).points_at(ranges, every, mount.unturned(pose))[order]
+        places = np.where((scans == 1)[:, None], hits, known_state.places)
+        yaws = np.where(scans == 1, yaw, known_state.yaws)
+        moved_distance = np.hypot(*(hits - places).T)
+        turned_angle = np.abs((yaw - yaws + math.pi) % (2.0 * math.pi) - math.pi)
+        errs = lone & (scans >= FEWEST_SCANS) & (turned_angle >= LEAST_TURN) & (moved_distance >= LEAST_WAY)
+        next_state = FaultyBeams(known_state.faulty | errs, scans, places, yaws)
+        return next_state, lose_beams(scan, np.flatnonzero(next_state.faulty & lone))
 
 
-def _lone_hits(scan: LaserScan) -> np.ndarray:
+def _find_lone_hits(scan: LaserScan) -> np.ndarray:
     """Return which beams hit something nearer than all that NEIGHBOUR_BEAMS to each side see, shape (n,)."""
     ranges = np.pad(
         np.where(np.isnan(scan.ranges), math.inf, scan.ranges),
@@ -67,5 +67,5 @@ def _lone_hits(scan: LaserScan) -> np.ndarray:
         **({"mode": "wrap"} if scan.full_circle else {"constant_values": math.inf}),
     )
     windows = np.lib.stride_tricks.sliding_window_view(ranges, 2 * NEIGHBOUR_BEAMS + 1)
-    beside = np.delete(windows, NEIGHBOUR_BEAMS, axis=1).min(axis=1)
-    return scan.ranges + SAME_SURFACE < beside
+    nearest_neighbour = np.delete(windows, NEIGHBOUR_BEAMS, axis=1).min(axis=1)
+    return scan.ranges + SAME_SURFACE < nearest_neighbour

@@ -53,12 +53,12 @@ class FieldOfView(NamedTuple):
         return max(self.angle_increment, self.seam) if self.full_circle else self.angle_increment
 
     def within(self, sectors: Iterable[tuple[float, float]]) -> np.ndarray:
-        """Which beams lie in sectors as of `sectors_of`, shape (beams,), bool."""
+        """Which beams lie in sectors as of `read_sectors`, shape (beams,), bool."""
         bearings = self.angle_min + self.angle_increment * np.arange(self.beams)
         return np.any([np.mod(bearings - first, TURN) <= width for first, width in sectors], axis=0)
 
 
-def sectors_of(given: Iterable[Any], name: str) -> list[tuple[float, float]]:
+def read_sectors(given: Iterable[Any], name: str) -> list[tuple[float, float]]:
     """First bearing in S and width of sectors, rad, of pairs of bearings: from one counter-clockwise to the other.
 
     Raises a `StarnavError` that calls them by `name` if they are no such pairs.

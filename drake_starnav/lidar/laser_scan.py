@@ -11,8 +11,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, sectors_of
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.lidar.field_of_view import SEAM, TURN, FieldOfView, read_sectors
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 USUAL_COVER_RADIUS = 0.25
 """Cover radius of the default robot, m."""
@@ -75,7 +75,7 @@ class Beams(NamedTuple):
 
 
 @kernel
-def classified(ranges, motion, free, thinnest, range_max, increment, seam):
+def classify_ranges(ranges, motion, free, thinnest, range_max, increment, seam):
     """The fields of `Beams` from `distances` on; `range_max`, `increment` and `seam` are as there.
 
     Args:
@@ -88,29 +88,31 @@ def classified(ranges, motion, free, thinnest, range_max, increment, seam):
     distance, kinds = np.empty(n), np.empty(n, np.uint8)
     complete = True
     for i in range(n):
-        lost, known = math.isnan(ranges[i]), motion[i] if len(motion) else STATIC
-        kinds[i] = MOVING * (known == DYNAMIC) | LOST * lost | MAPPABLE * (known <= STANDING and not lost)
-        kinds[i] |= HIT * (ranges[i] < range_max and known != DYNAMIC)  # never if lost
-        kinds[i] |= MAY_LEAVE * (known != STATIC and not lost)
+        is_lost, known_motion = math.isnan(ranges[i]), motion[i] if len(motion) else STATIC
+        kinds[i] = (
+            MOVING * (known_motion == DYNAMIC) | LOST * is_lost | MAPPABLE * (known_motion <= STANDING and not is_lost)
+        )
+        kinds[i] |= HIT * (ranges[i] < range_max and known_motion != DYNAMIC)  # never if lost
+        kinds[i] |= MAY_LEAVE * (known_motion != STATIC and not is_lost)
         distance[i] = min(max(ranges[i], 0.0), range_max)
-        if lost:
+        if is_lost:
             complete = False
             distance[i] = min(max(free[i], 0.0), range_max) if len(free) else math.nan
     if not complete and len(free) == 0:
-        distance = _bounded(distance, thinnest, range_max, increment, seam)
+        distance = _bound_distances(distance, thinnest, range_max, increment, seam)
     return distance, kinds, complete, thinnest / (max(increment, seam) if seam < np.inf else increment)
 
 
 @kernel
-def _bounded(distance, thinnest, range_max, increment, seam):
+def _bound_distances(distance, thinnest, range_max, increment, seam):
     """The distances with those of lost beams (NaN) bounded by the beams on both sides."""
     n = len(distance)
     wrap, out = seam < np.inf, distance.copy()
-    width, needed = (thinnest, 2) if thinnest < np.inf else (LARGEST_UNSEEN, 1)
+    width, needed_beams = (thinnest, 2) if thinnest < np.inf else (LARGEST_UNSEEN, 1)
     for i in range(n):
         if not math.isnan(distance[i]):
             continue
-        bound, steps, beyond, sides = range_max, 0, 0.0, 0
+        bound, steps, bearing_beyond, sides = range_max, 0, 0.0, 0
         for side in (-1, 1):
             for k in range(1, n):
                 j = i + side * k
@@ -119,10 +121,10 @@ def _bounded(distance, thinnest, range_max, increment, seam):
                 if not math.isnan(distance[j % n]):
                     bound = min(bound, distance[j % n])
                     steps += k
-                    beyond += 0.0 if 0 <= j < n else seam - increment
+                    bearing_beyond += 0.0 if 0 <= j < n else seam - increment
                     sides += 1
                     break
-        out[i] = min(bound, width / (steps * increment + beyond)) if sides >= needed else 0.0
+        out[i] = min(bound, width / (steps * increment + bearing_beyond)) if sides >= needed_beams else 0.0
     return out
 
 
@@ -190,14 +192,14 @@ class LaserScan:
             )
         if self.angle_increment < 0.0:
             ranges = ranges[::-1].copy()
-            turned = {
+            turned_fields = {
                 "angle_min": self.angle_min + span,
                 "angle_increment": -self.angle_increment,
                 "time_increment": -self.time_increment,
                 "motion": None if self.motion is None else np.asarray(self.motion)[::-1],
                 "free": None if self.free is None else np.asarray(self.free)[::-1],
             }
-            for name, value in turned.items():
+            for name, value in turned_fields.items():
                 object.__setattr__(self, name, value)
         least = max(self.range_min, LEAST)
         if not ranges[ranges.argmin()] >= least:  # `min` takes much longer
@@ -215,7 +217,7 @@ class LaserScan:
     def again(self, ranges: np.ndarray, **changes: Any) -> "LaserScan":
         """Another scan of the sensor with ranges (n,) as of `measure`, m, and changes, which are not checked again."""
         ranges.setflags(write=False)
-        return replaced(self, ranges=ranges, **changes)
+        return replace_fields(self, ranges=ranges, **changes)
 
     def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.
@@ -223,8 +225,8 @@ class LaserScan:
         Args:
             sectors: pairs of bearings in S, each a sector from the first counter-clockwise to the second, rad.
         """
-        inside = self.field_of_view.within(sectors_of(sectors, "laser scan: mask"))
-        return dataclasses.replace(self, ranges=np.where(inside, math.nan, self.ranges), lost_beams=True)
+        is_masked = self.field_of_view.within(read_sectors(sectors, "laser scan: mask"))
+        return dataclasses.replace(self, ranges=np.where(is_masked, math.nan, self.ranges), lost_beams=True)
 
     @staticmethod
     def nothing() -> "LaserScan":
@@ -246,10 +248,13 @@ class LaserScan:
         """What follows from the ranges, derived when it is first asked for."""
         motion = NOT_TRACKED if self.motion is None else np.asarray(self.motion, np.int8)
         free = NO_BOUNDS if self.free is None else np.asarray(self.free, float)
-        _, directions, seam = _beams(self.angle_min, self.angle_increment, len(self.ranges))
+        _, directions, seam = _make_beams(self.angle_min, self.angle_increment, len(self.ranges))
         view = self.range_max, self.angle_increment, seam
         return Beams(
-            directions, *view, float(self.cover_radius), *classified(self.ranges, motion, free, self.thinnest, *view)
+            directions,
+            *view,
+            float(self.cover_radius),
+            *classify_ranges(self.ranges, motion, free, self.thinnest, *view),
         )
 
     @cached_property
@@ -300,7 +305,7 @@ class LaserScan:
     @property
     def bearings(self) -> np.ndarray:
         """Bearing of every beam in S, shape (n,), rad."""
-        return _beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
+        return _make_beams(self.angle_min, self.angle_increment, len(self.ranges))[0]
 
     @property
     def mappable_hits(self) -> np.ndarray:
@@ -322,11 +327,11 @@ class LaserScan:
     ) -> np.ndarray:
         """Points at distances (n,), one a beam, along the chosen beams (n,), shape (k, 2), m, for a pose of S."""
         x, y, yaw = pose
-        return placed_ends(self.beams.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
+        return place_ends(self.beams.directions, distance, chosen, x, y, math.cos(yaw), math.sin(yaw))
 
 
 @kernel
-def placed_ends(directions, distance, chosen, x, y, cosine, sine):
+def place_ends(directions, distance, chosen, x, y, cosine, sine):
     """Points at given distances along the chosen beams of a sensor at (x, y) with a yaw of that cosine and sine."""
     points, n = np.empty((len(distance), 2)), 0
     for i in range(len(distance)):
@@ -339,7 +344,7 @@ def placed_ends(directions, distance, chosen, x, y, cosine, sine):
 
 
 @lru_cache(maxsize=16)
-def _beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.ndarray, np.ndarray, float]:
+def _make_beams(angle_min: float, angle_increment: float, count: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Bearings (n,), unit vectors (n, 2) and seam of the beams in S; computed once per sensor."""
     bearings = angle_min + angle_increment * np.arange(count)
     directions = np.column_stack((np.cos(bearings), np.sin(bearings)))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import LaserScan
 
@@ -36,7 +36,7 @@ class Mount(NamedTuple):
 
     def unturned(self, pose: np.ndarray) -> np.ndarray:
         """Pose of the lidar parallel to the robot, shape (3,), for the pose (x, y, yaw) of the robot, m and rad."""
-        return composed(pose, (self.x, self.y, 0.0)) if self.offset > 0.0 else pose
+        return compose_poses(pose, (self.x, self.y, 0.0)) if self.offset > 0.0 else pose
 
     def view(self, view: FieldOfView) -> FieldOfView:
         """The beams of a field of view in S, in a frame parallel to B."""
@@ -46,7 +46,7 @@ class Mount(NamedTuple):
         return view._replace(angle_min=math.remainder(first, TURN))
 
 
-def newest(scans: Sequence[LaserScan]) -> float:
+def find_newest(scans: Sequence[LaserScan]) -> float:
     """Time of the newest of some scans that measured anything, s; -inf if there is none."""
     return max([scan.measured_at for scan in scans])
 
@@ -55,7 +55,7 @@ ON_AXIS = Mount(0.0, 0.0, 0.0, False)
 """On the robot's axis, unturned."""
 
 
-def unturned(scan: LaserScan, mount: Mount) -> LaserScan:
+def align_with_robot(scan: LaserScan, mount: Mount) -> LaserScan:
     """The scan in a frame at the lidar's place that is parallel to the robot's; the same object where S is."""
     if not (mount.yaw or mount.upside_down):
         return scan

@@ -37,7 +37,7 @@ class HitHistory:
         return HitHistory((*self.points[-CONFIRMING_SCANS + 1 :], points))
 
 
-def without_outliers(
+def remove_outliers(
     scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0, body: float = 0.0
 ) -> tuple[LaserScan, LaserScan]:
     """Two versions of a scan in which doubted hits are lost (NaN): for the certificate and for the roadmap.
@@ -59,7 +59,7 @@ def without_outliers(
     index = np.flatnonzero(scan.hits)
     earlier = np.concatenate((np.zeros((0, 2)), *history.points))
     number = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])
-    beside, before = _confirmed(
+    has_neighbour, seen_before = _find_confirmed(
         scan.points(pose),
         np.array(pose[:2], dtype=float),
         scan.distances[index],
@@ -69,29 +69,29 @@ def without_outliers(
         scan.beams,
         2.0 * noise,
     )
-    trusted = beside & before if len(history.points) >= CONFIRMATIONS else beside
-    return lose_beams(scan, index[~(beside | before)]), lose_beams(scan, index[~trusted])
+    is_trusted = has_neighbour & seen_before if len(history.points) >= CONFIRMATIONS else has_neighbour
+    return lose_beams(scan, index[~(has_neighbour | seen_before)]), lose_beams(scan, index[~is_trusted])
 
 
-def lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
+def find_lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
     """Return the beams whose hits are errors, though no outliers are declared: nearer than all that can be near.
 
     Such a hit is nearer than `range_min` or inside the robot, and NEIGHBOUR_BEAMS to each side all see farther, so that
-    what it hits would have to be narrower than two beams are apart there. `body` is as of `without_outliers`.
+    what it hits would have to be narrower than two beams are apart there. `body` is as of `remove_outliers`.
     """
     nearest, n, wraps = max(scan.range_min, body), len(scan.ranges), scan.full_circle
     close = np.flatnonzero(scan.ranges < nearest)
     if not len(close):
         return close
     steps = np.array([k for k in range(-NEIGHBOUR_BEAMS, NEIGHBOUR_BEAMS + 1) if k])
-    beside = close[:, None] + steps
-    farther = scan.ranges[beside % n] > nearest + SAME_SURFACE
-    return close[(farther & (wraps | (beside >= 0) & (beside < n))).all(axis=1)]
+    neighbour_beams = close[:, None] + steps
+    farther = scan.ranges[neighbour_beams % n] > nearest + SAME_SURFACE
+    return close[(farther & (wraps | (neighbour_beams >= 0) & (neighbour_beams < n))).all(axis=1)]
 
 
-def without_lone_close_hits(scan: LaserScan, body: float) -> LaserScan:
-    """Return the scan with its `lone_close_hits` lost."""
-    return lose_beams(scan, lone_close_hits(scan, body))
+def remove_lone_close_hits(scan: LaserScan, body: float) -> LaserScan:
+    """Return the scan with its `find_lone_close_hits` lost."""
+    return lose_beams(scan, find_lone_close_hits(scan, body))
 
 
 def lose_beams(scan: LaserScan, beams: Sequence[int] | np.ndarray) -> LaserScan:
@@ -104,14 +104,14 @@ def lose_beams(scan: LaserScan, beams: Sequence[int] | np.ndarray) -> LaserScan:
 
 
 @kernel
-def _confirmed(points, center, distance, index, earlier, number, beams, slack):
+def _find_confirmed(points, center, distance, index, earlier, number, beams, slack):
     """Which hits a neighbouring beam confirms, and which earlier scans do, shape (n,) each.
 
     The hits are points (n, 2), W, m, at a distance (n,), m, from the sensor's center, with the index of their beams;
     those of earlier scans (k, 2), with the number of the scan. Within `slack`, m, hits count as near.
     """
     n, increment, wrap = len(points), beams.increment, beams.seam < np.inf
-    beside, before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    has_neighbour, seen_before = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     for i in range(n):
         x, y = points[i, 0], points[i, 1]
         chord = distance[i] * increment  # between two beams at its range
@@ -121,27 +121,27 @@ def _confirmed(points, center, distance, index, earlier, number, beams, slack):
                 j = i + side * k
                 if not wrap and not 0 <= j < n:
                     break
-                apart = side * (index[j % n] - index[i])
+                beams_apart = side * (index[j % n] - index[i])
                 if wrap:
-                    apart %= len(beams.distances)
-                if apart > NEIGHBOUR_BEAMS:
+                    beams_apart %= len(beams.distances)
+                if beams_apart > NEIGHBOUR_BEAMS:
                     break
                 if math.hypot(points[j % n, 0] - x, points[j % n, 1] - y) <= reach:
-                    beside[i] = True
+                    has_neighbour[i] = True
         if distance[i] <= 0.0:
             continue
         # along the beam and across it, by how much a confirming hit may be off
         ux, uy = (x - center[0]) / distance[i], (y - center[1]) / distance[i]
         across = 1.5 * distance[i] * increment
-        along = max(0.03, across) + slack
-        confirmed, last = 0, -1
+        allowed_along = max(0.03, across) + slack
+        confirmations, last = 0, -1
         for j in range(len(earlier)):
             if number[j] == last:
                 continue
             dx, dy = earlier[j, 0] - x, earlier[j, 1] - y
-            if abs(dx * ux + dy * uy) <= along and abs(dy * ux - dx * uy) <= across:
-                confirmed, last = confirmed + 1, number[j]
-                if confirmed == CONFIRMATIONS:
-                    before[i] = True
+            if abs(dx * ux + dy * uy) <= allowed_along and abs(dy * ux - dx * uy) <= across:
+                confirmations, last = confirmations + 1, number[j]
+                if confirmations == CONFIRMATIONS:
+                    seen_before[i] = True
                     break
-    return beside, before
+    return has_neighbour, seen_before

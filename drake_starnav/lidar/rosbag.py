@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, counted
-from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, logged_scans
+from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, restore_scans
 from drake_starnav.lidar.transforms import Frames, pose_along, seconds, span
 from drake_starnav.utils.files import reading
 
@@ -25,7 +25,7 @@ FIXED_TRANSFORMS = "tf_static"
 def read_rosbag(
     path: Path, *, scan_topic: str = "/scan", pose_topic: str | None = None, mask: Sectors = ()
 ) -> list[LoggedScan]:
-    """The scans of a bag with their poses in a fixed frame W; what their numbers mean, `logged_scans` says.
+    """The scans of a bag with their poses in a fixed frame W; what their numbers mean, `restore_scans` says.
 
     W is the frame of the poses, or the root of the tree of transforms. If transforms say how the lidar is mounted, the
     poses are those of the lidar, which may be upside down; otherwise they are those of the robot. They are interpolated
@@ -45,7 +45,7 @@ def read_rosbag(
             messages, no transform leads from the lidar to a fixed frame, the lidar is tilted, or all scans were taken
             before or after all poses.
     """
-    frames, every = Frames(f"bag {path}"), list(_messages(path, scan_topic, pose_topic))
+    frames, every = Frames(f"bag {path}"), list(_read_messages(path, scan_topic, pose_topic))
     cut = _restart(path, every, scan_topic)
     for topic, message in every[:cut]:
         if hasattr(message, "transforms"):
@@ -54,13 +54,15 @@ def read_rosbag(
         elif topic != scan_topic:
             pose = getattr(message.pose, "pose", message.pose)  # the first of a pose with its covariance
             frames.add_robot(getattr(message, "child_frame_id", ""), message.header, pose)
-    found = [(seconds(message.header.stamp), message) for topic, message in every[:cut] if topic == scan_topic]
-    scans = sorted(((time, message) for time, message in found if len(message.ranges)), key=operator.itemgetter(0))
-    empty = len(found) - len(scans)
+    scan_messages = [(seconds(message.header.stamp), message) for topic, message in every[:cut] if topic == scan_topic]
+    scans = sorted(
+        ((time, message) for time, message in scan_messages if len(message.ranges)), key=operator.itemgetter(0)
+    )
+    empty = len(scan_messages) - len(scans)
     if not scans:
         raise StarnavError(f"bag {path}: {scan_topic} has {counted(empty, 'scan')} without ranges; allowed: one with")
     if empty:
-        warnings.warn(f"bag {path}: {empty} of {len(found)} scans left out, without ranges", stacklevel=2)
+        warnings.warn(f"bag {path}: {empty} of {len(scan_messages)} scans left out, without ranges", stacklevel=2)
     chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for _, message in scans}}
     spans = {frame: span(chain) for frame, chain in chains.items()}
     first, last = next(iter(spans.values()))
@@ -70,13 +72,13 @@ def read_rosbag(
         if spans[frame][0] <= time <= spans[frame][1]:
             pose = pose_along(chains[frame], time)
             records.append(_record(time - first, message, pose, path))
-    said = f"scans are from {scans[0][0]:.3f} to {scans[-1][0]:.3f} s, poses from {first:.3f} to {last:.3f} s"
+    span_text = f"scans are from {scans[0][0]:.3f} to {scans[-1][0]:.3f} s, poses from {first:.3f} to {last:.3f} s"
     if not records:
-        raise StarnavError(f"bag {path}: {said}; allowed: stamps of one clock, and scans between poses")
+        raise StarnavError(f"bag {path}: {span_text}; allowed: stamps of one clock, and scans between poses")
     if len(records) < len(scans):
         left_out = len(scans) - len(records)
-        warnings.warn(f"bag {path}: {left_out} of {len(scans)} scans left out: {said}", stacklevel=2)
-    return logged_scans(records, f"bag {path}", mask)
+        warnings.warn(f"bag {path}: {left_out} of {len(scans)} scans left out: {span_text}", stacklevel=2)
+    return restore_scans(records, f"bag {path}", mask)
 
 
 def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -> int | None:
@@ -99,10 +101,10 @@ def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -
                 overtaken.pop(stream, None)
             elif stream in overtaken:
                 cut = overtaken[stream]
-                lost = sum(topic == scan_topic for topic, _ in messages[cut:])
+                lost_scans = sum(topic == scan_topic for topic, _ in messages[cut:])
                 warnings.warn(
                     f"bag {path}: stamps of {topic} go back from {last:.3f} to {time:.3f} s, as when a clock is set "
-                    f"back: the log ends there, {counted(lost, 'later scan')} left out",
+                    f"back: the log ends there, {counted(lost_scans, 'later scan')} left out",
                     stacklevel=3,
                 )
                 return cut
@@ -111,7 +113,7 @@ def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -
     return None
 
 
-def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[tuple[str, Any]]:
+def _read_messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[tuple[str, Any]]:
     """The topics and messages of the scans, the poses and the fixed transforms, in the order of the recording."""
     try:
         from rosbags.highlevel import AnyReader
@@ -121,23 +123,23 @@ def _messages(path: Path, scan_topic: str, pose_topic: str | None) -> Iterator[t
             f"bag {path}: package rosbags is missing; allowed: pip install drake-starnav[rosbag]"
         ) from None
     types = get_typestore(Stores.LATEST)
-    whole = "a whole bag of ROS 1 or ROS 2; `mcap recover` mends an .mcap file that was cut off"
-    with reading(f"bag {path}", whole), AnyReader(_files(path), default_typestore=types) as reader:
+    whole_bag_text = "a whole bag of ROS 1 or ROS 2; `mcap recover` mends an .mcap file that was cut off"
+    with reading(f"bag {path}", whole_bag_text), AnyReader(_find_files(path), default_typestore=types) as reader:
         kinds = {connection.topic: connection.msgtype.rpartition("/")[2] for connection in reader.connections}
         if pose_topic is None:
             pose_topic = next((topic for topic in POSE_TOPICS if topic in kinds), " or ".join(POSE_TOPICS))
-        fixed = {topic for topic in kinds if topic.endswith(FIXED_TRANSFORMS)}
-        for name, topic, allowed in (("scan_topic", scan_topic, SCANS), ("pose_topic", pose_topic, POSES)):
-            those = [each for each in sorted(kinds) if kinds[each] in allowed and each not in fixed]
+        fixed_topics = {topic for topic in kinds if topic.endswith(FIXED_TRANSFORMS)}
+        for name, topic, allowed_kinds in (("scan_topic", scan_topic, SCANS), ("pose_topic", pose_topic, POSES)):
+            those = [each for each in sorted(kinds) if kinds[each] in allowed_kinds and each not in fixed_topics]
             if topic not in those:
-                found, named = kinds.get(topic, "not in it"), ", ".join(those) or "none"
-                raise StarnavError(f"bag {path}: {name} is {topic}, {found}; allowed: {named}")
-        wanted = {scan_topic, pose_topic, *fixed}
-        for connection, _, data in reader.messages([c for c in reader.connections if c.topic in wanted]):
+                found_kind, names_text = kinds.get(topic, "not in it"), ", ".join(those) or "none"
+                raise StarnavError(f"bag {path}: {name} is {topic}, {found_kind}; allowed: {names_text}")
+        wanted_topics = {scan_topic, pose_topic, *fixed_topics}
+        for connection, _, data in reader.messages([c for c in reader.connections if c.topic in wanted_topics]):
             yield connection.topic, reader.deserialize(data, connection.msgtype)
 
 
-def _files(path: Path) -> list[Path]:
+def _find_files(path: Path) -> list[Path]:
     """What the reader opens: the bag, or the files in the folder of one whose recording was cut off."""
     if not path.exists():
         raise StarnavError(f"bag {path}: no such file or folder; allowed: a bag of ROS 1 or ROS 2")
@@ -160,12 +162,12 @@ def _record(time: float, message: Any, X_WS: np.ndarray, path: Path) -> Record:
             f"bag {path}: the lidar {message.header.frame_id} is tilted by {math.degrees(math.acos(upright)):.0f} "
             "degrees; allowed: a level one, upright or upside down"
         )
-    turns = math.copysign(1.0, upright)
+    turn_side = math.copysign(1.0, upright)
     pose = np.array((X_WS[0, 3], X_WS[1, 3], math.atan2(X_WS[1, 0], X_WS[0, 0])))
     return pose, {
         "time": time,
-        "angle_min": turns * float(message.angle_min),
-        "angle_increment": turns * float(message.angle_increment),
+        "angle_min": turn_side * float(message.angle_min),
+        "angle_increment": turn_side * float(message.angle_increment),
         "range_min": float(message.range_min),
         "range_max": float(message.range_max),
         "ranges": np.array(message.ranges, dtype=float),

@@ -29,7 +29,7 @@ class LoggedScan:
     pose: np.ndarray
 
 
-def logged_scans(records: Sequence[Record], log: str, mask: Sectors = ()) -> list[LoggedScan]:
+def restore_scans(records: Sequence[Record], log: str, mask: Sectors = ()) -> list[LoggedScan]:
     """Scans from what drivers write.
 
     Ranges mean what they do in a `LaserScan` whose beams may be lost. A `range_max` that is infinite or not above
@@ -86,15 +86,15 @@ def read_scan_log(path: str | Path, *, mask: Sectors = (), **topics: str) -> lis
 def write_csv(file: Path, log: Sequence[LoggedScan]) -> None:
     """Write scans of one sensor, at least one, rounded to 1 mm; all share the angles and range limits of the first."""
     header = ", ".join(f"{name}={getattr(log[0].scan, name)!r}" for name in CSV_HEADER)
-    rows = [(seen.scan.time, *seen.pose, *seen.scan.ranges) for seen in log]
+    rows = [(log_entry.scan.time, *log_entry.pose, *log_entry.scan.ranges) for log_entry in log]
     np.savetxt(file, rows, fmt="%.3f", delimiter=",", header=header)
 
 
 def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
-    """The scans of a file as from `write_csv`, see `logged_scans`; a `StarnavError` for a file of another format."""
+    """The scans of a file as from `write_csv`, see `restore_scans`; a `StarnavError` for a file of another format."""
     names = ", ".join(f"{name}=..." for name in CSV_HEADER)
-    allowed = f"a first line `# {names}`, then lines of time, x, y, yaw and the ranges"
-    with reading(f"scan log {file}", allowed), file.open(encoding="utf-8") as lines, warnings.catch_warnings():
+    allowed_text = f"a first line `# {names}`, then lines of time, x, y, yaw and the ranges"
+    with reading(f"scan log {file}", allowed_text), file.open(encoding="utf-8") as lines, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a file without rows, which is refused below
         first = lines.readline()
         fields = dict(part.split("=") for part in first.replace(" ", "").strip("#\n").split(",") if "=" in part)
@@ -108,4 +108,4 @@ def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
             "allowed: finite time, x, y, yaw and at least 3 ranges"
         )
     records = [(row[1:4], {"time": row[0], "ranges": row[4:], **header}) for row in rows]
-    return logged_scans(records, f"scan log {file}", mask)
+    return restore_scans(records, f"scan log {file}", mask)

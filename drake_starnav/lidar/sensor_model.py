@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView, sectors_of
+from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView, read_sectors
 from drake_starnav.parameters import Checked, parameter
 
 
@@ -92,7 +92,7 @@ class LidarParameters(Checked, place="lidar"):
                 f"lidar.range_min is {self.range_min:g} with lidar.range_max {self.range_max:g}; "
                 "allowed: range_min < range_max"
             )
-        sectors_of(self.mask, "lidar.mask")
+        read_sectors(self.mask, "lidar.mask")
 
     @property
     def field_of_view(self) -> FieldOfView:
@@ -152,14 +152,16 @@ class LidarParameters(Checked, place="lidar"):
     @property
     def widest_gap(self) -> float:
         """Largest angle between two neighbouring beams, or those on both sides of a masked sector, rad."""
-        masked = max((width + self.angle_increment for _, width in sectors_of(self.mask, "lidar.mask")), default=0.0)
-        return max(self.field_of_view.widest_gap, masked)
+        widest_mask = max(
+            (width + self.angle_increment for _, width in read_sectors(self.mask, "lidar.mask")), default=0.0
+        )
+        return max(self.field_of_view.widest_gap, widest_mask)
 
 
 _NO_ERRORS, _NONE_LOST = np.zeros(0), np.zeros(0, bool)
 
 
-def scan_index(time: float, rate: float) -> int:
+def find_scan_index(time: float, rate: float) -> int:
     """Index of the latest scan at a time, s, for a rate in Hz: 0 in [0, 1/rate), and so on."""
     return math.floor(time * rate + 1e-6)  # event times are multiples of the period only up to rounding
 
@@ -168,8 +170,8 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
     """The ranges (n,) that a lidar reports for true distances (n,), `+inf` for none, with the conventions of REP-117,
     m.
 
-    The noise is a function of `(seed, index)` only, of the run, below 2**64, and of the scan, see `scan_index`: that of
-    a scan does not depend on earlier measurements, and that of a beam does not depend on what the other beams hit.
+    The noise is a function of `(seed, index)` only, of the run, below 2**64, and of the scan, see `find_scan_index`:
+    that of a scan does not depend on earlier measurements, and that of a beam not on what the other beams hit.
 
     Returns:
         `-inf` nearer than `range_min`, `+inf` from `range_max` on, NaN where lost, otherwise within
@@ -177,18 +179,18 @@ def measure(distances: np.ndarray, parameters: LidarParameters, seed: int, index
     """
     p = parameters
     count = len(distances)
-    errors, strays, lost = _NO_ERRORS, _NO_ERRORS, _NONE_LOST
+    errors, strays, is_lost = _NO_ERRORS, _NO_ERRORS, _NONE_LOST
     if p.noise > 0.0 or p.dropout > 0.0 or p.outliers > 0.0:
         generator = _of_scan(seed, index, Stream.NOISE)
         errors = p.noise * generator.standard_normal(count)
         if p.dropout > 0.0 or p.outliers > 0.0:
-            lost = generator.random(count) < p.dropout
+            is_lost = generator.random(count) < p.dropout
         if p.outliers > 0.0:
             strays = np.where(generator.random(count) < p.outliers, generator.random(count), np.nan)
     high = math.nextafter(p.range_max, 0.0)
-    ranges = _reported(distances, errors, lost, strays, p.quantisation, p.range_min, high)
+    ranges = _report_ranges(distances, errors, is_lost, strays, p.quantisation, p.range_min, high)
     if p.mask:
-        ranges[p.field_of_view.within(sectors_of(p.mask, "lidar.mask"))] = math.nan
+        ranges[p.field_of_view.within(read_sectors(p.mask, "lidar.mask"))] = math.nan
     return ranges
 
 
@@ -199,9 +201,9 @@ def arrives(parameters: LidarParameters, seed: int, index: int) -> bool:
     return not silent and (p.scan_loss == 0.0 or _of_scan(seed, index, Stream.ARRIVAL).random() >= p.scan_loss)
 
 
-def released(parameters: LidarParameters, seed: int, time: float) -> int | None:
+def find_released(parameters: LidarParameters, seed: int, time: float) -> int | None:
     """Index of the scan that was taken `delay` before a time, s; None if there is none or it does not arrive."""
-    index = scan_index(time - parameters.delay, parameters.rate)
+    index = find_scan_index(time - parameters.delay, parameters.rate)
     return index if index >= 0 and arrives(parameters, seed, index) else None
 
 
@@ -221,7 +223,7 @@ class _Workbench(threading.local):
 _workbench = _Workbench()
 
 
-def random_numbers(seed: int, stream: Stream, counter: int = 0) -> np.random.Generator:
+def draw_random_numbers(seed: int, stream: Stream, counter: int = 0) -> np.random.Generator:
     """The random numbers of a seed, a non-negative whole number below 2**64, and a stream from a place in it on.
 
     To be drawn before the next call: it returns the same generator, set to another place.
@@ -239,11 +241,11 @@ def random_numbers(seed: int, stream: Stream, counter: int = 0) -> np.random.Gen
 
 def _of_scan(seed: int, index: int, stream: Stream) -> np.random.Generator:
     """Random numbers that no two scans share: the index is the highest word of the counter."""
-    return random_numbers(seed, stream, index << 192)
+    return draw_random_numbers(seed, stream, index << 192)
 
 
 @kernel
-def _reported(distances, errors, lost, strays, quantisation, low, high):
+def _report_ranges(distances, errors, lost, strays, quantisation, low, high):
     """Ranges (n,) of true distances with their errors; hits are clamped to [low, high]; empty: no such fault."""
     ranges = np.empty(len(distances))
     for i in range(len(distances)):

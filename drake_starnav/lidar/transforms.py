@@ -36,12 +36,12 @@ class Link:
         """The pose at a time, interpolated between the samples, as a matrix of shape (4, 4)."""
         table = np.array(self.rows)
         k = int(np.clip(np.searchsorted(table[:, 0], time), 1, len(table) - 1)) if len(table) > 1 else 0
-        before, after = table[k - 1], table[k]
-        if after[4:] @ before[4:] < 0.0:
-            after = np.append(after[:4], -after[4:])  # the same rotation, by the shorter way
-        step = after[0] - before[0]
-        share = min(max((time - before[0]) / step, 0.0), 1.0) if step > 0.0 else 1.0
-        return _matrix(before + (math.floor(share) if self.holds else share) * (after - before))
+        previous_row, next_row = table[k - 1], table[k]
+        if next_row[4:] @ previous_row[4:] < 0.0:
+            next_row = np.append(next_row[:4], -next_row[4:])  # the same rotation, by the shorter way
+        step = next_row[0] - previous_row[0]
+        share = min(max((time - previous_row[0]) / step, 0.0), 1.0) if step > 0.0 else 1.0
+        return _matrix(previous_row + (math.floor(share) if self.holds else share) * (next_row - previous_row))
 
 
 class Turned(NamedTuple):
@@ -123,19 +123,19 @@ class Frames:
         ways: dict[str, list[Link | Turned]] = {frame: []}
         for name in (queue := [frame]):
             for link in self._links.values():
-                there, step = (link.parent, link) if link.child == name else (link.child, Turned(link))
-                if name in (link.parent, link.child) and there not in ways:
-                    ways[there] = [*ways[name], step]
-                    queue.append(there)
+                next_frame, step = (link.parent, link) if link.child == name else (link.child, Turned(link))
+                if name in (link.parent, link.child) and next_frame not in ways:
+                    ways[next_frame] = [*ways[name], step]
+                    queue.append(next_frame)
         return ways
 
     def _top(self, frame: str) -> str:
         """The topmost frame that holds a frame fast."""
         above = {link.child: link.parent for link in self._links.values() if not link.moves}
-        seen = {frame}
-        while frame in above and above[frame] not in seen:
+        seen_frames = {frame}
+        while frame in above and above[frame] not in seen_frames:
             frame = above[frame]
-            seen.add(frame)
+            seen_frames.add(frame)
         return frame
 
 

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed, now_in
-from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
+from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.localization.scan_matching import GOOD_SHARE, Keyframe, OdometryError, Travel, aligned_pose
 from drake_starnav.utils.snapshot import snapshot
 
@@ -90,33 +90,44 @@ class OdometryCheck:
             error: what is declared of the lidar, and the robot's radius.
             mount: of the lidar.
         """
-        scan, sensor = unturned(scan, mount), mount.unturned(pose)
+        scan, sensor = align_with_robot(scan, mount), mount.unturned(pose)
         (time, earlier), key = self.latest, self.keyframe
-        after = dataclasses.replace(self, latest=(scan.time, sensor))
-        driven = np.zeros(3) if key is None else np.array(now_in(key.pose, sensor))
-        moved = math.hypot(driven[0], driven[1]) >= STEP_WAY * error.body or abs(driven[2]) >= STEP_TURN
-        if np.count_nonzero(scan.mappable_hits) < FEWEST_HITS or not (key is None or moved):
-            return after
+        next_check = dataclasses.replace(self, latest=(scan.time, sensor))
+        driven_step = np.zeros(3) if key is None else np.array(find_pose_in_frame(key.pose, sensor))
+        has_moved = (
+            math.hypot(driven_step[0], driven_step[1]) >= STEP_WAY * error.body or abs(driven_step[2]) >= STEP_TURN
+        )
+        if np.count_nonzero(scan.mappable_hits) < FEWEST_HITS or not (key is None or has_moved):
+            return next_check
         if scan.time_increment and time > -math.inf:
-            scan = deskewed(scan, earlier, time, sensor)
-        seen = None if key is None else _seen_step(key, scan, driven, error)
-        steps = () if key is None or seen is None else (SeenStep(key.scan.time, scan.time, driven, seen),)
+            scan = deskew_scan(scan, earlier, time, sensor)
+        seen_step = None if key is None else _seen_step(key, scan, driven_step, error)
+        steps = (
+            () if key is None or seen_step is None else (SeenStep(key.scan.time, scan.time, driven_step, seen_step),)
+        )
         keyframe = Keyframe.of(scan, sensor, Travel(sensor), error)
-        return dataclasses.replace(after, keyframe=keyframe, steps=(*self.steps, *steps)[-KEPT_STEPS:])
+        return dataclasses.replace(next_check, keyframe=keyframe, steps=(*self.steps, *steps)[-KEPT_STEPS:])
 
     def difference(self) -> Difference:
         """Return what the kept steps come to, of which there must be one."""
-        driven, seen = (np.array([getattr(step, name) for step in self.steps]) for name in ("driven", "seen"))
-        ahead, off = driven[:, 0] + 1j * driven[:, 1], (seen - driven)[:, 0] + 1j * (seen - driven)[:, 1]
-        there_and_back = off * np.conj(ahead) / np.maximum(np.abs(ahead), 1e-9)  # as seen in the direction of each step
-        turned_off = (seen - driven)[:, 2]
+        driven_steps, seen_steps = (
+            np.array([getattr(step, name) for step in self.steps]) for name in ("driven", "seen")
+        )
+        driven_way, step_error = (
+            driven_steps[:, 0] + 1j * driven_steps[:, 1],
+            (seen_steps - driven_steps)[:, 0] + 1j * (seen_steps - driven_steps)[:, 1],
+        )
+        there_and_back = (
+            step_error * np.conj(driven_way) / np.maximum(np.abs(driven_way), 1e-9)
+        )  # as seen in the direction of each step
+        turned_off = (seen_steps - driven_steps)[:, 2]
         return Difference(
-            driven=float(np.abs(ahead).sum()),
-            seen=float(np.hypot(seen[:, 0], seen[:, 1]).sum()),
-            turned=float(np.abs(driven[:, 2]).sum()),
-            seen_turned=float(np.abs(seen[:, 2]).sum()),
-            off=float(max(abs(off.sum()), abs(there_and_back.sum()))),
-            turned_off=float(max(abs(turned_off.sum()), abs((turned_off * np.sign(driven[:, 2])).sum()))),
+            driven=float(np.abs(driven_way).sum()),
+            seen=float(np.hypot(seen_steps[:, 0], seen_steps[:, 1]).sum()),
+            turned=float(np.abs(driven_steps[:, 2]).sum()),
+            seen_turned=float(np.abs(seen_steps[:, 2]).sum()),
+            off=float(max(abs(step_error.sum()), abs(there_and_back.sum()))),
+            turned_off=float(max(abs(turned_off.sum()), abs((turned_off * np.sign(driven_steps[:, 2])).sum()))),
             time=self.steps[-1].end - self.steps[0].begin,
         )
 
@@ -126,5 +137,5 @@ def _seen_step(keyframe: Keyframe, scan: LaserScan, driven: np.ndarray, error: O
     points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
     way, turn = TRUSTED * math.hypot(driven[0], driven[1]), TRUSTED * abs(driven[2])
     deviation = np.array((way, way, turn)) + LEAST_DEVIATION
-    pose, share = aligned_pose(keyframe, points, composed(keyframe.pose, driven), deviation, error)
-    return np.array(now_in(keyframe.pose, pose)) if share >= GOOD_SHARE else None
+    pose, share = aligned_pose(keyframe, points, compose_poses(keyframe.pose, driven), deviation, error)
+    return np.array(find_pose_in_frame(keyframe.pose, pose)) if share >= GOOD_SHARE else None

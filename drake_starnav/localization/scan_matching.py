@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.se2 import Place, composed, inverse, now_in
+from drake_starnav.geometry.se2 import Place, compose_poses, find_pose_in_frame, invert_pose
 from drake_starnav.lidar.laser_scan import USUAL_COVER_RADIUS, LaserScan
 from drake_starnav.utils.snapshot import snapshot
 
@@ -82,8 +82,8 @@ def _lines(points, increment, wrap, width):
         if points[i, 0] == np.inf:
             continue
         x, y = points[i]
-        apart = math.hypot(x, y) * increment
-        near, chord = max(width, 2.5 * apart), max(0.5 * width, 3.0 * apart)
+        beam_spacing = math.hypot(x, y) * increment
+        near_distance, chord = max(width, 2.5 * beam_spacing), max(0.5 * width, 3.0 * beam_spacing)
         count, sx, sy, sxx, sxy, syy = 1, 0.0, 0.0, 0.0, 0.0, 0.0
         for side in (-1, 1):
             lx, ly = x, y
@@ -94,7 +94,7 @@ def _lines(points, increment, wrap, width):
                 px, py = points[j % n]
                 if px == np.inf:
                     continue  # a lost beam: whether the surface goes on is told by the next hit
-                if math.hypot(px - lx, py - ly) > chord or math.hypot(px - x, py - y) > near:
+                if math.hypot(px - lx, py - ly) > chord or math.hypot(px - x, py - y) > near_distance:
                     break
                 lx, ly = px, py
                 dx, dy = px - x, py - y
@@ -105,12 +105,12 @@ def _lines(points, increment, wrap, width):
         mx, my = sx / count, sy / count
         a, b, c = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
         spread = math.sqrt(0.25 * (a - c) ** 2 + b * b)
-        least, most = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
-        if most < 1e-12 or least > 0.15 * most:
+        least, greatest_spread = 0.5 * (a + c) - spread, 0.5 * (a + c) + spread
+        if greatest_spread < 1e-12 or least > 0.15 * greatest_spread:
             continue  # a corner or a cloud
-        along = 0.5 * math.atan2(2.0 * b, a - c)
+        line_direction = 0.5 * math.atan2(2.0 * b, a - c)
         anchor[i, 0], anchor[i, 1] = x + mx, y + my
-        normal[i, 0], normal[i, 1] = -math.sin(along), math.cos(along)
+        normal[i, 0], normal[i, 1] = -math.sin(line_direction), math.cos(line_direction)
     return anchor, normal
 
 
@@ -137,9 +137,9 @@ def aligned(points, guess, weight, known, sigma, gate, last_gate):
         # of their weight in it, it is unobservable: their noise would always suggest zero motion.
         a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
         if 0.5 * (a + c) - math.sqrt(0.25 * (a - c) ** 2 + b * b) < 0.05 * (a + c):
-            along, away = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi, pose - guess
-            u = np.array((math.cos(along), math.sin(along), 0.0))
-            g += UNOBSERVABLE_WEIGHT * (u[0] * away[0] + u[1] * away[1]) * u
+            line_direction, pose_error = 0.5 * math.atan2(2.0 * b, a - c) + 0.5 * math.pi, pose - guess
+            u = np.array((math.cos(line_direction), math.sin(line_direction), 0.0))
+            g += UNOBSERVABLE_WEIGHT * (u[0] * pose_error[0] + u[1] * pose_error[1]) * u
             h += np.outer(UNOBSERVABLE_WEIGHT * u, u)
         change = np.linalg.solve(h, -g)
         pose += change
@@ -224,14 +224,14 @@ class Travel:
 
     def extended(self, pose: np.ndarray, drift: float, jump: float) -> "Travel":
         """Return the odometry after a step to another pose, with a declared drift and a jump on the way, m."""
-        x, y, yaw = now_in(self.pose, pose)
+        x, y, yaw = find_pose_in_frame(self.pose, pose)
         way = math.hypot(x, y)
         shift, turn = self.shift + drift * way + jump, self.turn + drift * abs(yaw)
         return Travel(np.array(pose, dtype=float), self.way + way, shift, turn)
 
     def allows(self, earlier: "Travel", step: Place, slack: np.ndarray) -> bool:
         """Return whether the robot may have made a step (x, y, yaw) since an earlier time; `slack` (3,), m and rad."""
-        x, y, yaw = now_in(np.array(now_in(earlier.pose, self.pose)), np.array(step))
+        x, y, yaw = find_pose_in_frame(np.array(find_pose_in_frame(earlier.pose, self.pose)), np.array(step))
         turn = self.turn - earlier.turn
         shift = self.shift - earlier.shift + turn * (self.way - earlier.way)
         return math.hypot(x, y) <= shift + slack[0] and abs(math.remainder(yaw, 2.0 * math.pi)) <= turn + slack[2]
@@ -283,7 +283,7 @@ class ScanMap:
 
     def corrected(self, pose: np.ndarray) -> np.ndarray:
         """A pose (x, y, yaw) in O as one in M, shape (3,)."""
-        return composed(self.correction, pose)
+        return compose_poses(self.correction, pose)
 
 
 def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
@@ -296,56 +296,60 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     hit = scan.mappable_hits
     if not known.keyframes:
         travel = Travel(np.array(odometry, dtype=float))
-        first = Keyframe.of(scan, composed(known.correction, odometry), travel, error)
+        first = Keyframe.of(scan, compose_poses(known.correction, odometry), travel, error)
         return ScanMap((first,), first.pose[None, :2], known.correction, travel, scan.time)
-    step, unit = now_in(known.travel.pose, odometry), error.body
+    step, unit = find_pose_in_frame(known.travel.pose, odometry), error.body
     way = math.hypot(step[0], step[1])
     if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or np.count_nonzero(hit) < 20:
         return known
     speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
-    jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP * unit
-    jump = error.jump if jumped or error.jump <= UNSEEN_JUMP * unit else 0.0
-    speed = known.speed if jumped else speed
+    has_jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP * unit
+    jump = error.jump if has_jumped or error.jump <= UNSEEN_JUMP * unit else 0.0
+    speed = known.speed if has_jumped else speed
     drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
     # m and rad; 0.0005 without faults
     deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
-    predicted = composed(known.correction, odometry)
+    predicted_pose = compose_poses(known.correction, odometry)
     travel = known.travel.extended(odometry, error.drift, jump)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
-    pose, share, used = predicted, 0.0, known.last
-    near = _in_view(known, scan, predicted, unit)
-    for index in dict.fromkeys((*near[:2], known.last)):  # the oldest in view are tried before the last one used
+    pose, share, used = predicted_pose, 0.0, known.last
+    near_places = _in_view(known, scan, predicted_pose, unit)
+    for index in dict.fromkeys((*near_places[:2], known.last)):  # the oldest in view are tried before the last one used
         returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN))
         keyframe = known.keyframes[index]
-        found, fits = aligned_pose(keyframe, points, predicted, deviation + (index < known.last) * returning, error)
-        if not travel.allows(keyframe.travel, now_in(keyframe.pose, found), returning):
+        found_pose, fits = aligned_pose(
+            keyframe, points, predicted_pose, deviation + (index < known.last) * returning, error
+        )
+        if not travel.allows(keyframe.travel, find_pose_in_frame(keyframe.pose, found_pose), returning):
             continue
         if fits > share:
-            pose, share, used = found, fits, index
+            pose, share, used = found_pose, fits, index
         if fits >= GOOD_SHARE:
             break
     if share < POOR_SHARE:
-        pose = predicted
+        pose = predicted_pose
     keyframes, places = known.keyframes, known.places
-    away = np.hypot(*(places - pose[:2]).T)
-    if (away[near] > SPACING * unit).all() or (share < GOOD_SHARE and away[-1] > LEAST_SPACING * unit):
+    place_distance = np.hypot(*(places - pose[:2]).T)
+    if (place_distance[near_places] > SPACING * unit).all() or (
+        share < GOOD_SHARE and place_distance[-1] > LEAST_SPACING * unit
+    ):
         keyframes, places = (*keyframes, Keyframe.of(scan, pose, travel, error)), np.vstack((places, pose[:2]))
         used = used if share >= GOOD_SHARE else len(keyframes) - 1
-    correction = composed(pose, inverse(odometry))
+    correction = compose_poses(pose, invert_pose(odometry))
     return ScanMap(keyframes, places, correction, travel, scan.time, speed, used)
 
 
 def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:
     """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first; `unit` is in m."""
-    away, beams = scan.polar(known.places, pose)
-    near = np.flatnonzero(away <= REACH * unit)
-    beam = np.rint(beams[near]).astype(np.int64)
+    place_distance, beams = scan.polar(known.places, pose)
+    near_places = np.flatnonzero(place_distance <= REACH * unit)
+    beam = np.rint(beams[near_places]).astype(np.int64)
     if scan.full_circle:
         beam %= len(scan.ranges)
     in_view = beam < len(scan.ranges)
-    occluded = in_view & (away[near] >= 0.5 * SPACING * unit)
-    occluded &= scan.distances[np.where(in_view, beam, 0)] <= away[near]
-    return near[~occluded].tolist()
+    is_occluded = in_view & (place_distance[near_places] >= 0.5 * SPACING * unit)
+    is_occluded &= scan.distances[np.where(in_view, beam, 0)] <= place_distance[near_places]
+    return near_places[~is_occluded].tolist()
 
 
 def aligned_pose(
@@ -358,11 +362,11 @@ def aligned_pose(
     narrowest = NARROWEST_GATE * error.body
     pose, inliers = aligned(
         points,
-        np.array(now_in(keyframe.pose, predicted)),
+        np.array(find_pose_in_frame(keyframe.pose, predicted)),
         1.0 / deviation**2,
         keyframe.surfaces,
         math.hypot(error.noise, SURFACE_ERROR * error.body),
         min(narrowest + 3.0 * float(deviation[0]), WIDEST_GATE * error.body),
         narrowest,
     )
-    return composed(keyframe.pose, pose), inliers / len(points)
+    return compose_poses(keyframe.pose, pose), inliers / len(points)

@@ -81,8 +81,8 @@ def _gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
         path = Path(source.path())
         return mesh_file.mesh_triangles(path.read_bytes(), ".gltf", path.parent)
     files = source.in_memory().supporting_files.items()
-    beside = {uri: Path(f).read_bytes() if isinstance(f, str | Path) else f.contents() for uri, f in files}
-    return mesh_file.mesh_triangles(source.in_memory().mesh_file.contents(), ".gltf", beside)
+    buffer_files = {uri: Path(f).read_bytes() if isinstance(f, str | Path) else f.contents() for uri, f in files}
+    return mesh_file.mesh_triangles(source.in_memory().mesh_file.contents(), ".gltf", buffer_files)
 
 
 def _vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:

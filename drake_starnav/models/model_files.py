@@ -87,9 +87,9 @@ class Models:
         if path in self._open or len(self._open) >= 50:
             raise StarnavError(f"model {path} includes itself; allowed: files that do not")
         if path in self._adapted:
-            adapted, links = self._adapted[path]
+            adapted_model, links = self._adapted[path]
             self._add_links(links, path)
-            return adapted
+            return adapted_model
         self._open.append(path)
         links_before = self._links
         try:
@@ -110,10 +110,10 @@ class Models:
             raise StarnavError(f"model {path} is nested too deeply; allowed: what Drake's parser reads") from None
         finally:
             self._open.pop()
-        written = write(text.encode(), suffix)
-        self._written[str(written)] = path
-        self._adapted[path] = written, self._links - links_before
-        return written
+        written_file = write(text.encode(), suffix)
+        self._written[str(written_file)] = path
+        self._adapted[path] = written_file, self._links - links_before
+        return written_file
 
     def _add_links(self, count: int, path: Path) -> None:
         """Count the links of a file, and the file itself, each time that it is included."""
@@ -155,9 +155,9 @@ class Models:
                 part.text = self._color(part.text or "", (3, 4))
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                said = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS)
-                said += "".join(f" {each.text or ''}" for each in visual.iter() if each.tag in _NUMBERS)
-                if not all(math.isfinite(_number(word)) for word in said.split()):
+                visual_text = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS)
+                visual_text += "".join(f" {each.text or ''}" for each in visual.iter() if each.tag in _NUMBERS)
+                if not all(math.isfinite(_number(word)) for word in visual_text.split()):
                     link.remove(visual)
                     self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
 
@@ -179,8 +179,15 @@ class Models:
                 for material in visual.findall("material"):
                     own = material.find("color")
                     if own is None and material.find("texture") is None:  # Drake refuses it
-                        known, diffuse = colors.get(material.get("name")), (material.findtext("diffuse") or "").split()
-                        rgba = " ".join((*(diffuse or "111"), "1")[:4]) if known is None else known.get("rgba", "")
+                        known_color, diffuse = (
+                            colors.get(material.get("name")),
+                            (material.findtext("diffuse") or "").split(),
+                        )
+                        rgba = (
+                            " ".join((*(diffuse or "111"), "1")[:4])
+                            if known_color is None
+                            else known_color.get("rgba", "")
+                        )
                         own = SubElement(material, "color", rgba=rgba)
                     if own is not None:  # under a name of its own: one name may have several colours
                         material.set("name", f"{material.get('name', '')} {own.get('rgba')}")
@@ -190,9 +197,13 @@ class Models:
             raise StarnavError(f"model {path} begins with <{shown(root.tag)}>; allowed: <sdf> or <robot>")
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
         for element in list(root.iter()):
-            kept = _KEPT.get(element.tag)
+            kept_tag = _KEPT.get(element.tag)
             for part in list(element):
-                if kept is not None and part.tag not in kept and not part.tag.startswith(f"{{{DRAKE_NAMESPACE}}}"):
+                if (
+                    kept_tag is not None
+                    and part.tag not in kept_tag
+                    and not part.tag.startswith(f"{{{DRAKE_NAMESPACE}}}")
+                ):
                     if part.tag == "population":
                         raise StarnavError(f"model {path} has a <population>; allowed: its models one by one")
                     element.remove(part)
@@ -205,8 +216,8 @@ class Models:
         for include in root.iter("include"):
             self._include(include, path)
         for model in (*root.findall("model"), *root.findall("world/model")):
-            joined = next(model.iter("joint"), None) is not None
-            if model.findtext("static", "0").strip() in ("1", "true") or (self._weld and not joined):
+            has_joints = next(model.iter("joint"), None) is not None
+            if model.findtext("static", "0").strip() in ("1", "true") or (self._weld and not has_joints):
                 for link in model.iter("link"):
                     for inertial in link.findall("inertial"):  # often not valid, as Gazebo takes no notice of it
                         link.remove(inertial)
@@ -224,7 +235,7 @@ class Models:
 
     def _name_apart(self, world: Element) -> None:
         """Number the models of a world that have one name, as Gazebo does."""
-        taken: set[str] = set()
+        taken_names: set[str] = set()
         for model in world:
             if model.tag not in ("model", "include"):
                 continue
@@ -232,10 +243,10 @@ class Models:
             if name is None:
                 name = _name_in(model)
             number, free = 0, name
-            while free in taken:
+            while free in taken_names:
                 number += 1
                 free = f"{name}_{number}"
-            taken.add(free)
+            taken_names.add(free)
             if model.tag == "model":
                 model.set("name", free)
             elif model.find("name") is not None:
@@ -245,15 +256,15 @@ class Models:
 
     def _include(self, include: Element, path: Path) -> None:
         uri = include.findtext("uri") or ""
-        found = find(uri, path.parent) or find(f"model://{_name_in(include)}", path.parent)
-        if found is None:
+        found_folder = find(uri, path.parent) or find(f"model://{_name_in(include)}", path.parent)
+        if found_folder is None:
             raise StarnavError(
                 f"model {path}: include {shown(uri.strip())} is not found; allowed: a file, or the name of a folder "
                 f"beside it or in {', '.join(FOLDERS[:4])} or {FOLDERS[4]}"
             )
-        if found.is_dir():
-            found = self._of_folder(found)
-        include.find("uri").text = f"file://{self.model(found)}"  # type: ignore[union-attr]
+        if found_folder.is_dir():
+            found_folder = self._of_folder(found_folder)
+        include.find("uri").text = f"file://{self.model(found_folder)}"  # type: ignore[union-attr]
         for plugin in include.findall("plugin"):
             include.remove(plugin)
 

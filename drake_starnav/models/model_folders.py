@@ -21,8 +21,8 @@ def find(uri: str, folder: Path) -> Path | None:
     elif scheme == "file":
         places = iter((Path(unquote(urlsplit(uri).path)), Path(rest), folder / rest))
     elif scheme in ("model", "package"):
-        name, _, inside = rest.partition("/")
-        places = (found / inside for found in _folders_named(name, folder))
+        name, _, inner_path = rest.partition("/")
+        places = (found_place / inner_path for found_place in _folders_named(name, folder))
     else:
         places = iter(())
     with suppress(OSError, RuntimeError, ValueError):  # too long, a loop of links, a null byte

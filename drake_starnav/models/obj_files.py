@@ -107,8 +107,8 @@ def check_faces(data: bytes) -> None:
         for corner in row[1:] if row[0] == b"f" else ():
             for text, count, noun in zip(corner.split(b"/"), counts, ("vertex", "texture", "normal"), strict=False):
                 if text and not (text.lstrip(b"-").isdigit() and 0 < abs(int(text)) <= count):
-                    named = text.decode(errors="replace")
-                    raise StarnavError(f"line {number} names the {noun} {shown(named)} of {count}")
+                    file_text = text.decode(errors="replace")
+                    raise StarnavError(f"line {number} names the {noun} {shown(file_text)} of {count}")
 
 
 def write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:

@@ -24,10 +24,13 @@ def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callab
     Raises:
         StarnavError: the parser raised an error, or skipped a shape.
     """
-    log, found = logging.getLogger("drake"), logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1)
-    found.setLevel(logging.WARNING)
+    log, found_warnings = (
+        logging.getLogger("drake"),
+        logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1),
+    )
+    found_warnings.setLevel(logging.WARNING)
     handlers, passed_on = log.handlers, log.propagate
-    log.handlers, log.propagate = [found], False
+    log.handlers, log.propagate = [found_warnings], False
     try:
         yield
     except StarnavError:
@@ -37,7 +40,7 @@ def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callab
         raise StarnavError(f"{place} cannot be read: {reason}; allowed: {allowed}") from None
     finally:
         log.handlers, log.propagate = handlers, passed_on
-    messages = [record.getMessage() for record in found.buffer]
+    messages = [record.getMessage() for record in found_warnings.buffer]
     for message in filter(SKIPPED.search, messages):
         raise StarnavError(
             f"{place} cannot be read: {said_by(ValueError(said(message)))}; allowed: what Drake's parser reads"

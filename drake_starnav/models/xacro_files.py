@@ -48,9 +48,9 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
     except ValueError:  # it was ended
         answer = {"error": f"it takes more than {MOST_TIME} s or {MOST_MEMORY // 10**6} MB", "missing": []}
     if "error" in answer:
-        lacks = "".join(f"package {name}, which it names, is not found; " for name in answer["missing"])
+        missing_text = "".join(f"package {name}, which it names, is not found; " for name in answer["missing"])
         raise StarnavError(
-            f"{place}: xacro: {answer['error']}; {lacks}allowed: a file that xacro expands, its packages "
+            f"{place}: xacro: {answer['error']}; {missing_text}allowed: a file that xacro expands, its packages "
             "beside it or in ROS_PACKAGE_PATH, its arguments in robot.xacro_args"
         )
     for name in arguments:
@@ -111,11 +111,11 @@ def _expand(path: Path, arguments: dict[str, str]) -> dict[str, Any]:
     substitution_args._eval_find = find_package  # else it asks an installation of ROS
     values = _Arguments(arguments)
     try:
-        expanded = xacro.process_file(str(path), mappings=values).toxml()
-        if missing and "<link" not in expanded:  # an include without a match is left out
+        expanded_text = xacro.process_file(str(path), mappings=values).toxml()
+        if missing and "<link" not in expanded_text:  # an include without a match is left out
             raise ValueError("it includes nothing that has links")
     except MemoryError:
         raise
     except Exception as error:  # whatever a broken macro makes it raise
         return {"error": said_by(error), "missing": missing}
-    return {"text": expanded, "declared": list(values.declared)}
+    return {"text": expanded_text, "declared": list(values.declared)}

@@ -41,8 +41,8 @@ class LoopConfig(NamedTuple):
     @property
     def obstacles(self) -> DynamicObstacleParameters | None:
         """What is declared of moving obstacles, where they are tracked and avoided."""
-        tracked = self.scenario.obstacles.max_speed > 0.0 and self.plans and self.parts.certified
-        return self.scenario.obstacles if tracked else None
+        has_tracker = self.scenario.obstacles.max_speed > 0.0 and self.plans and self.parts.certified
+        return self.scenario.obstacles if has_tracker else None
 
     @property
     def plans(self) -> bool:

@@ -73,13 +73,13 @@ class Parts:
         make = own_method(scenario.method)
         if make is None:
             return self
-        made = make(scenario)
-        made = Parts(controller=made) if isinstance(made, System) else made
-        made = Parts(**made) if isinstance(made, Mapping) else made
-        check_kind(made, Parts, f"what method {scenario.method} returns", "or a controller")
-        given = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        made_parts = make(scenario)
+        made_parts = Parts(controller=made_parts) if isinstance(made_parts, System) else made_parts
+        made_parts = Parts(**made_parts) if isinstance(made_parts, Mapping) else made_parts
+        check_kind(made_parts, Parts, f"what method {scenario.method} returns", "or a controller")
+        given_parts = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return dataclasses.replace(
-            made, **{name: value for name, value in given.items() if value not in (None, (), True)}
+            made_parts, **{name: value for name, value in given_parts.items() if value not in (None, (), True)}
         )
 
 
@@ -148,8 +148,8 @@ class Navigation:
             signals["goal"] = self.goal_position
             signals |= {name: port for name, port in outputs(self.goal).items() if name == "heading"}
         if self.perception is not None:
-            seen = self.matcher or self.perception
-            signals |= {name: seen.GetOutputPort(name) for name in ("observation", "surroundings")}
+            perception = self.matcher or self.perception
+            signals |= {name: perception.GetOutputPort(name) for name in ("observation", "surroundings")}
         if self.matcher is None and self.tracker is not None:  # else they are in the frame of the odometry
             signals["tracks"] = self.tracker.GetOutputPort("tracks")
         return signals if self.planner is None else outputs(self.planner) | signals

@@ -14,14 +14,14 @@ from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 
 
-def control_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
+def find_control_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """What a controller of this package and the shield may read, by the name of the input port."""
     if config.method.guided:
-        return _guided_sources(builder, config, navigation)
-    return _baseline_sources(builder, config, navigation)
+        return _find_guided_sources(builder, config, navigation)
+    return _find_baseline_sources(builder, config, navigation)
 
 
-def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
+def _find_guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """For controllers that follow guidance, and their shield, in the odometry's frame.
 
     The state is the one in which a command finds the robot.
@@ -55,7 +55,9 @@ def _guided_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     return {**sources, "surroundings": star, "state": state}
 
 
-def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
+def _find_baseline_sources(
+    builder: DiagramBuilder, config: LoopConfig, navigation: Navigation
+) -> dict[str, OutputPort]:
     """For baselines: the same scans at the same times as for our controller."""
     world, station, scenario = navigation.world, navigation.station, config.scenario
     kind, baseline = scenario.controller.kind, config.method.baseline
@@ -77,7 +79,7 @@ def _baseline_sources(builder: DiagramBuilder, config: LoopConfig, navigation: N
                 f"controller.kind {kind} in world {world.name}, which has {what}; "
                 "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
             )
-        known = known_obstacles(world.discs, world.bounds, scenario.robot.radius + baseline.margin)
-        source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known)))
+        known_discs = known_obstacles(world.discs, world.bounds, scenario.robot.radius + baseline.margin)
+        source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known_discs)))
         sources["obstacles"] = source.get_output_port()
     return sources

@@ -26,7 +26,7 @@ from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_views
 from drake_starnav.surroundings.polar_image import looks_at
-from drake_starnav.surroundings.unseen import initial_disc_radius
+from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
@@ -55,12 +55,13 @@ def check_interface(scenario: Scenario, station: Robot) -> None:
         )
     pairs = [("lidar", *each) for each in zip(robot.all_lidars, scenario.all_lidars, strict=True)]
     pairs += [(name, getattr(robot, name), getattr(scenario, name)) for name in DECLARED]
-    for section, made, declared in pairs:
-        for field in dataclasses.fields(declared):
-            value, wanted = getattr(made, field.name), getattr(declared, field.name)
-            if value != wanted and (section != "robot" or field.name in Limits._fields):
+    for section, made_section, declared_section in pairs:
+        for field in dataclasses.fields(declared_section):
+            value, declared_value = getattr(made_section, field.name), getattr(declared_section, field.name)
+            if value != declared_value and (section != "robot" or field.name in Limits._fields):
                 raise StarnavError(
-                    f"the station has {section}.{field.name} {value}, the scenario {wanted}; allowed: the same, as "
+                    f"the station has {section}.{field.name} {value}, the scenario {declared_value}; allowed: "
+                    "the same, as "
                     "margins and predictions follow from it"
                 )
     step, has = scenario.simulation.time_step, robot.simulation.time_step
@@ -114,7 +115,9 @@ def check_time_step(robot: RobotInterface) -> None:
         )
 
 
-def validated_margins(scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,), certified: bool = True) -> Margins:
+def check_and_derive_margins(
+    scenario: Scenario, mounts: Sequence[Mount] = (ON_AXIS,), certified: bool = True
+) -> Margins:
     """The margins of a scenario, by the mounts of its lidars; a `StarnavError` where no guarantee would hold.
 
     `certified`: whether the parts that drive ask for any.
@@ -154,14 +157,15 @@ def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margi
     views = [mount.view(lidar.field_of_view) for lidar, mount in zip(lidars, mounts, strict=True)]
     if not BY_KIND[scenario.controller.kind].shielded or all(view.full_circle for view in views):
         return
-    free = initial_disc_radius(scenario.robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
-    around = LidarParameters(beams=BEARINGS, noise=0.0, range_min=0.0, range_max=2.0 * free)
-    hits = scan_from(visible_shapes(world), np.array(world.start), around).points()
-    away = np.hypot(*hits.T)
-    looked = np.any([looks_at(*each, hits) for each in zip(views, mounts, strict=True)], axis=0)
-    if (away[~looked] < free).any():
+    free = find_initial_disc_radius(scenario.robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
+    full_circle_lidar = LidarParameters(beams=BEARINGS, noise=0.0, range_min=0.0, range_max=2.0 * free)
+    hits = scan_from(visible_shapes(world), np.array(world.start), full_circle_lidar).points()
+    hit_distance = np.hypot(*hits.T)
+    is_looked_at = np.any([looks_at(*each, hits) for each in zip(views, mounts, strict=True)], axis=0)
+    if (hit_distance[~is_looked_at] < free).any():
         raise StarnavError(
-            f"an obstacle is {away[~looked].min():.2f} m from the start of world {world.name}, where no lidar looks; "
+            f"an obstacle is {hit_distance[~is_looked_at].min():.2f} m from the start of world {world.name}, "
+            "where no lidar looks; "
             f"allowed: nothing nearer than {free:.2f} m there, which the robot takes for free where it begins"
         )
 
@@ -206,18 +210,20 @@ def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount])
     lone = len(mounts) == 1 and mounts[0].offset == 0.0
     if not lone and margins.average_scans:
         raise StarnavError(
-            f"lidar.noise is {max(lidar.noise for lidar in scenario.all_lidars):g} with {_placed(mounts)}; allowed: "
+            f"lidar.noise is {max(lidar.noise for lidar in scenario.all_lidars):g} with "
+            f"{_describe_mounts(mounts)}; allowed: "
             "one on the axis, whose scans are averaged, or less than "
             f"{AVERAGED_NOISE * scenario.robot.shape.cover_radius:g} m"
         )
     kind = scenario.controller.kind
     if tuple(mounts) != (ON_AXIS,) and not BY_KIND[kind].shielded:
         raise StarnavError(
-            f"controller.kind is {kind} with {_placed(mounts)}; allowed: one on the axis, unturned, or {SHIELDED}"
+            f"controller.kind is {kind} with {_describe_mounts(mounts)}; allowed: one on the axis, unturned, "
+            f"or {SHIELDED}"
         )
 
 
-def _placed(mounts: Sequence[Mount]) -> str:
+def _describe_mounts(mounts: Sequence[Mount]) -> str:
     if len(mounts) > 1:
         return f"{len(mounts)} lidars"
     place = f"at x {mounts[0].x:g}, y {mounts[0].y:g} m, yaw {mounts[0].yaw:g} rad"
@@ -226,14 +232,14 @@ def _placed(mounts: Sequence[Mount]) -> str:
 
 def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) -> None:
     """Two beams must be less apart than the radius where the robot must begin to stop (m): walls would seem open."""
-    robot, masked = scenario.robot, lidar.widest_gap > lidar.field_of_view.widest_gap
-    named = f"lidar.mask is {shown(lidar.mask)}" if masked else f"lidar.beams is {lidar.beams}"
+    robot, is_masked = scenario.robot, lidar.widest_gap > lidar.field_of_view.widest_gap
+    cause_text = f"lidar.mask is {shown(lidar.mask)}" if is_masked else f"lidar.beams is {lidar.beams}"
     if distance * lidar.widest_gap > robot.radius:
         raise StarnavError(
-            f"{named}: at {distance:.3g} m, where a robot with robot.max_speed "
+            f"{cause_text}: at {distance:.3g} m, where a robot with robot.max_speed "
             f"{robot.max_speed:g} m/s that brakes by {robot.limits.max_deceleration:g} m/s^2 must begin to stop, "
             f"two beams are {distance * lidar.widest_gap:.3g} m apart; allowed: at most robot.radius, "
-            f"{robot.radius:g} m{', or angle_min and angle_max that leave it out' if masked else ''}"
+            f"{robot.radius:g} m{', or angle_min and angle_max that leave it out' if is_masked else ''}"
         )
 
 
@@ -256,11 +262,12 @@ def _check_steering(car: RobotParameters) -> None:
             f"robot.least_radius is {car.least_radius:.3g} m with robot.base car; allowed: at least {tightest:.3g} m, "
             "and half of how far the robot reaches from its axis, as its motion is not sampled finely enough for less"
         )
-    most = 2.0 * limits.max_yaw_rate / QUICKEST_LOCK * car.max_speed
-    if car.max_yaw_acceleration > most:
+    top_steering_rate = 2.0 * limits.max_yaw_rate / QUICKEST_LOCK * car.max_speed
+    if car.max_yaw_acceleration > top_steering_rate:
         raise StarnavError(
             f"robot.max_yaw_acceleration is {car.max_yaw_acceleration:.3g} rad/s^2 with robot.base car; allowed: at "
-            f"most {most:.3g} rad/s^2, with which it steers from lock to lock in {QUICKEST_LOCK:g} s at robot.max_speed"
+            f"most {top_steering_rate:.3g} rad/s^2, with which it steers from lock to lock in "
+            f"{QUICKEST_LOCK:g} s at robot.max_speed"
         )
 
 

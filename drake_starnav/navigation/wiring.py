@@ -11,13 +11,13 @@ from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts, function_of
 from drake_starnav.navigation.robot import robot_world, scan_ports
-from drake_starnav.navigation.sources import control_sources
+from drake_starnav.navigation.sources import find_control_sources
 from drake_starnav.navigation.validation import (
+    check_and_derive_margins,
     check_interface,
     check_own_plant,
     check_start,
     check_time_step,
-    validated_margins,
 )
 from drake_starnav.planning import Guidance, plan_step
 from drake_starnav.safety.certificates import Certificate
@@ -80,25 +80,25 @@ def add_navigation(
     parts = parts.of_method(scenario)
     _check_parts(scenario, parts)
     _check_names(builder, parts)
-    world = _checked_world(scenario, parts, seed)
+    world = _check_world(scenario, parts, seed)
     station = parts.station
     if station is None:
         station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
-    config = LoopConfig(scenario, validated_margins(scenario, station.mounts, parts.certified), parts, stopwatch)
+    config = LoopConfig(scenario, check_and_derive_margins(scenario, station.mounts, parts.certified), parts, stopwatch)
     if isinstance(parts.station, RobotInterface):
         check_own_plant(parts.station, world)
     if isinstance(station, StationInterface):
         check_time_step(station.robot_interface)
         check_start(world, scenario, station.mounts, config.margins.safety)
-    goal = add_system(builder, "goal", parts.goal or _goal(scenario, world), "goal")
+    goal = add_system(builder, "goal", parts.goal or _read_goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal)
     if config.plans:
         navigation = _add_planning(builder, config, parts, _add_perception(builder, config, navigation))
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
-    shield = parts.shield or _shield(config, parts)
+    shield = parts.shield or _make_shield(config, parts)
     controller = add_system(
-        builder, "controller", _own_system(parts.controller) or config.method.controller(config), "controller"
+        builder, "controller", _make_own_system(parts.controller) or config.method.controller(config), "controller"
     )
     shield = add_system(builder, "shield", shield, "shield")
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
@@ -109,12 +109,12 @@ def add_navigation(
     return navigation
 
 
-def _own_system(part: Any) -> System | None:
+def _make_own_system(part: Any) -> System | None:
     """Return a part of the user's, unless it is a function for a system of ours."""
     return None if function_of(part) is not None else part
 
 
-def _goal(scenario: Scenario, world: World) -> System:
+def _read_goal(scenario: Scenario, world: World) -> System:
     if not scenario.goals:
         return FixedGoal(world.goal)
     for k, goal in enumerate(scenario.goals):
@@ -161,7 +161,7 @@ def _check_names(builder: DiagramBuilder, parts: Parts) -> None:
             )
 
 
-def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
+def _check_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     """The world to drive in, of the scenario or the user's own; the user's station is checked too."""
     if parts.station is not None:
         check_interface(scenario, parts.station)
@@ -174,7 +174,7 @@ def _checked_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     return parts.world
 
 
-def _shield(config: LoopConfig, parts: Parts) -> System:
+def _make_shield(config: LoopConfig, parts: Parts) -> System:
     robot, controller = config.scenario.robot, config.scenario.controller
     if not (config.method.shielded and parts.certified):
         return Unshielded(robot, controller, stopwatch=config.stopwatch)
@@ -182,14 +182,14 @@ def _shield(config: LoopConfig, parts: Parts) -> System:
         robot,
         controller,
         config.margins,
-        certificates=_zones(config, parts) + parts.certificates,
+        certificates=_make_zones(config, parts) + parts.certificates,
         obstacles=config.obstacles,
         state_lead=config.state_lead,
         stopwatch=config.stopwatch,
     )
 
 
-def _zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
+def _make_zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
     """The scenario's zones that are not among the user's certificates."""
     return tuple(zone for zone in config.scenario.zones if zone not in parts.certificates)
 
@@ -197,7 +197,7 @@ def _zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
 def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
     """The navigation with what processes scans: tracker, perception and matcher."""
     scenario, station = config.scenario, navigation.station
-    lidar, localization = _doubtful(scenario), scenario.localization
+    lidar, localization = _make_worst_case_lidar(scenario), scenario.localization
     mounts, tracker, matcher = station.mounts, None, None
     names = lidar_names("scan", len(mounts))
     scans = scan_ports(station)
@@ -209,7 +209,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
             builder.Connect(scan, tracker.GetInputPort(name))
         builder.Connect(scan_pose, tracker.GetInputPort("pose"))
         scans = [tracker.GetOutputPort(name) for name in names]
-    own = _own_system(config.parts.perception)
+    own = _make_own_system(config.parts.perception)
     perception = own or StarPerception(
         scenario.robot,
         config.margins,
@@ -222,10 +222,10 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     perception = add_system(builder, "perception", perception, "perception")
     for name in ("observation", "surroundings"):
         output_port(perception, name, None, "perception")
-    seen = dict(zip(names, scans, strict=True))
+    scans_by_name = dict(zip(names, scans, strict=True))
     if own is None:
-        seen["pose"] = scan_pose  # that of the scan, as our perception calls it
-    connect_inputs(builder, perception, navigation.signals | seen, "perception")
+        scans_by_name["pose"] = scan_pose  # that of the scan, as our perception calls it
+    connect_inputs(builder, perception, navigation.signals | scans_by_name, "perception")
     if config.matches:
         error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.cover_radius)
         matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
@@ -236,7 +236,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)
 
 
-def _doubtful(scenario: Scenario) -> LidarParameters:
+def _make_worst_case_lidar(scenario: Scenario) -> LidarParameters:
     """The first lidar, with the rate of the slowest, and the noise and the outliers of the one that has most."""
     lidars = scenario.all_lidars
     noise, outliers = max(lidar.noise for lidar in lidars), max(lidar.outliers for lidar in lidars)
@@ -245,8 +245,8 @@ def _doubtful(scenario: Scenario) -> LidarParameters:
 
 def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> Navigation:
     scenario, matcher = config.scenario, navigation.matcher
-    rules = *_zones(config, parts), *parts.certificates
-    planner = _own_system(parts.planner) or StarRoadmapPlanner(
+    rules = *_make_zones(config, parts), *parts.certificates
+    planner = _make_own_system(parts.planner) or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
         config.margins,
@@ -257,8 +257,8 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
     )
     planner = add_system(builder, "planner", planner, "planner")
     if "guidance" in outputs(planner) and parts.controller is None:
-        sent = output_port(planner, "guidance", None, "planner").Allocate().get_value()
-        check_kind(sent, Guidance, "planner: output port guidance", "whose path a controller follows")
+        guidance_value = output_port(planner, "guidance", None, "planner").Allocate().get_value()
+        check_kind(guidance_value, Guidance, "planner: output port guidance", "whose path a controller follows")
     connect_inputs(builder, planner, navigation.signals, "planner")
     if matcher is not None and "guidance" in outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")
@@ -268,12 +268,14 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
 def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> None:
     """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
     assert navigation.controller is not None and navigation.shield is not None
-    driven = {"twist_command": navigation.twist_command}
-    sources = driven | control_sources(builder, config, navigation)
-    own = _own_system(parts.controller) is not None
+    driven_sources = {"twist_command": navigation.twist_command}
+    sources = driven_sources | find_control_sources(builder, config, navigation)
+    own = _make_own_system(parts.controller) is not None
     if not own and config.method.guided and "guidance" not in sources:
         names = ", ".join(outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
-    connect_inputs(builder, navigation.controller, navigation.signals | driven if own else sources, "controller")
+    connect_inputs(
+        builder, navigation.controller, navigation.signals | driven_sources if own else sources, "controller"
+    )
     sources["desired_twist"] = output_port(navigation.controller, "desired_twist", navigation.twist_size, "controller")
     connect_inputs(builder, navigation.shield, sources, "shield")

@@ -24,13 +24,13 @@ from drake_starnav.paper.short_term_goal import shortest_sequence
 from drake_starnav.paper.star_region import traversable_region
 from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus, Route
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.base import twist_of
+from drake_starnav.robot.base import convert_to_twist
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState
 from drake_starnav.surroundings.recent_hits import Hits, RecentHits
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.surroundings.view import View
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 
 STOP = Proposal(np.zeros(2), np.zeros(2))
 
@@ -48,7 +48,7 @@ def perceive(
     (scan,) = scans
     region, smoothed = traversable_region(scan, pose, settings.footprint.cover_radius), smoothed_distances(scan)
     points = scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose)
-    surroundings = replaced(
+    surroundings = replace_fields(
         Surroundings.unknown(),
         recent_hits=RecentHits(Hits(points)),
         time=scan.time,
@@ -99,7 +99,7 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     if length == 0.0:
         return STOP
     u = pid.follow_vector(vector, yaw, clearance, robot.limits)  # line 22
-    return Proposal(twist_of(u, robot.drive), vector / length)
+    return Proposal(convert_to_twist(u, robot.drive), vector / length)
 
 
 def noted_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) -> PaperState:

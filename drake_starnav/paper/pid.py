@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.paper import choices
 from drake_starnav.robot import Limits
-from drake_starnav.robot.limits import Velocity, aimed, limited, stopping, wrapped_angle
+from drake_starnav.robot.limits import Velocity, limit_value, stopping_speed, velocity_towards, wrap_angle
 
 
 def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
@@ -15,9 +15,9 @@ def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limit
     Replaced: the turning law of our controllers; the length of the vector does not count. V is `SPEED`, or that from
     which the robot stops within its clearance (m), as the vector turns at once where p_n changes sides, and it cannot.
     """
-    error = wrapped_angle(math.atan2(vector[1], vector[0]) - yaw)
-    near = max(choices.CREEP, stopping(max(clearance, 0.0), limits.max_deceleration))
-    return Velocity(*aimed(error, min(choices.SPEED, near, limits.max_speed), limits))
+    error = wrap_angle(math.atan2(vector[1], vector[0]) - yaw)
+    near = max(choices.CREEP, stopping_speed(max(clearance, 0.0), limits.max_deceleration))
+    return Velocity(*velocity_towards(error, min(choices.SPEED, near, limits.max_speed), limits))
 
 
 def authors_pid(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
@@ -25,9 +25,9 @@ def authors_pid(vector: np.ndarray, yaw: float, clearance: float, limits: Limits
 
     At its fixed point, v = v_ref / 3, without the differential parts, for which a controller would need a state.
     """
-    error = wrapped_angle(math.atan2(vector[1], vector[0]) - yaw)
+    error = wrap_angle(math.atan2(vector[1], vector[0]) - yaw)
     reference = min(1.0, 0.5 / max(abs(error), 1e-9))
-    return Velocity(min(reference / 3.0, limits.max_speed), 0.0, limited(2.0 * error, limits.max_yaw_rate))
+    return Velocity(min(reference / 3.0, limits.max_speed), 0.0, limit_value(2.0 * error, limits.max_yaw_rate))
 
 
 follow_vector = turn_towards

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment
+from drake_starnav.geometry.polyline import distance_to_segment, measure_arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.impassable import find_narrowest_gap
@@ -12,10 +12,10 @@ from drake_starnav.planning.map_revision import forget_contradicted
 from drake_starnav.planning.roadmap import add_node, rebuild_grid, refit_regions, replace_regions
 from drake_starnav.planning.route import build_cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
-from drake_starnav.surroundings.erosion import smoothed_distances
-from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, mean_scan
+from drake_starnav.surroundings.erosion import smooth_distances
+from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_scans
 from drake_starnav.surroundings.star_region import clear_region
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 
 AHEAD = 3.2
 """A way that failed is closed at its narrowest place within this distance, in radii of the robot."""
@@ -34,9 +34,9 @@ def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Pl
         for region in state.roadmap.regions
     ]
     roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    closures = replaced(roadmap.closures, failed=np.vstack((roadmap.closures.failed, places)))
+    closures = replace_fields(roadmap.closures, failed=np.vstack((roadmap.closures.failed, places)))
     route = state.route._replace(path=EMPTY_PATH)
-    state = replaced(state, roadmap=replaced(roadmap, closures=closures), route=route)
+    state = replace_fields(state, roadmap=replace_fields(roadmap, closures=closures), route=route)
     return state if len(roadmap) else add_latest_node(state, inputs)
 
 
@@ -54,13 +54,13 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         return state
     waits = state.progress.dead_end is not None
     within = (np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius) | waits
-    closures = replaced(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
-    roadmap = replaced(state.roadmap, closures=closures, nodes=seen)
+    closures = replace_fields(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
+    roadmap = replace_fields(state.roadmap, closures=closures, nodes=seen)
     if seen is not nodes:
         hits = rebuild_grid(roadmap.hits.without_hits(), closures, seen, inputs.margins, inputs.robot_radius)
-        roadmap = replaced(roadmap, hits=hits)
+        roadmap = replace_fields(roadmap, hits=hits)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
-    state = replaced(state, roadmap=roadmap, retrying=state.retrying or waits or not within.any())
+    state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or waits or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else add_latest_node(state, inputs)
 
@@ -69,8 +69,8 @@ def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with a node at the latest scan, and without a path."""
     seen = inputs.observation
     assert seen.region is not None
-    node = replaced(seen, region=state.roadmap.closures.open_part(seen.region))
-    return replaced(
+    node = replace_fields(seen, region=state.roadmap.closures.open_part(seen.region))
+    return replace_fields(
         state,
         roadmap=add_node(state.roadmap, node, inputs.margins, inputs.robot_radius),
         route=state.route._replace(path=EMPTY_PATH),
@@ -83,10 +83,10 @@ def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
     roadmap, walls = state.roadmap, state.roadmap.closures.keep_out_points
 
     def is_open(*causes: str) -> bool:
-        closures = replaced(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
+        closures = replace_fields(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
         grid = roadmap.hits.without_hits()
         hits = rebuild_grid(grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
-        tried = replaced(state, roadmap=replaced(roadmap, hits=hits, closures=closures))
+        tried = replace_fields(state, roadmap=replace_fields(roadmap, hits=hits, closures=closures))
         return len(build_cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
 
     if not walls or not is_open() or is_open(*walls):
@@ -103,8 +103,8 @@ def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
     radius, away, size = inputs.robot_radius, AWAY * inputs.robot_radius, CLOSED * inputs.robot_radius
     line = np.vstack((position, way))
-    ahead = line[: 1 + max(int(np.searchsorted(arc_lengths(line)[1:], AHEAD * radius)), 1)]
-    hits = scan.points_at(smoothed_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
+    ahead = line[: 1 + max(int(np.searchsorted(measure_arc_lengths(line)[1:], AHEAD * radius)), 1)]
+    hits = scan.points_at(smooth_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
     gap = find_narrowest_gap(hits, ahead, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
     step = line[1] - position
     places = (position + step * (away / max(float(np.hypot(*step)), 1e-9)))[None]
@@ -147,6 +147,6 @@ def _find_confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarra
     """Return hits near the robot in the mean of AVERAGED_SCANS scans, shape (n, 2), W, m; none of fewer scans."""
     if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH
-    scan, count = mean_scan(state.recent_observations, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
-    distance = smoothed_distances(scan, inputs.margins.smoothing_slack)
+    scan, count = average_scans(state.recent_observations, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
+    distance = smooth_distances(scan, inputs.margins.smoothing_slack)
     return scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent_observations[-1].pose)

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.distance_grid import HIT_ERROR, distance_at
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.surroundings.region_union import RegionUnion, cover_at
+from drake_starnav.surroundings.region_union import RegionUnion, find_cover
 
 STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8
 """In radii of the robot: largest step along a boundary; how far beyond it a probe tells whether it is open; up to which
@@ -45,7 +45,7 @@ def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
     ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
-    first, last = arc_lengths(line)[ends - (0, 1)].T
+    first, last = measure_arc_lengths(line)[ends - (0, 1)].T
     return [Gap(line[a:b], probe[a:b], owner) for a, b in ends[last - first >= LEAST * robot_radius].tolist()]
 
 
@@ -83,6 +83,6 @@ def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
             is_open[n] = distance_at(hits, u, v) > radius - HIT_ERROR * radius
             for j in range(len(closures)):
                 is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSED * radius
-            is_open[n] = is_open[n] and cover_at(union, u, v, COVER_SLACK * radius) < 0
+            is_open[n] = is_open[n] and find_cover(union, u, v, COVER_SLACK * radius) < 0
             n += 1
     return line, probe, is_open

@@ -6,7 +6,7 @@ from dataclasses import field
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 from drake_starnav.utils.snapshot import snapshot
@@ -57,5 +57,5 @@ class Guidance:
 
     def moved(self, frame: np.ndarray) -> "Guidance":
         """Return the same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        poses = np.column_stack((placed(frame, self.poses), self.poses[:, 2] + frame[2], self.poses[:, 3]))
-        return Guidance(placed(frame, self.path), self.arrives, self.regions.moved(frame), poses)
+        poses = np.column_stack((transform_points(frame, self.poses), self.poses[:, 2] + frame[2], self.poses[:, 3]))
+        return Guidance(transform_points(frame, self.path), self.arrives, self.regions.moved(frame), poses)

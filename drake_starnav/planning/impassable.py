@@ -6,8 +6,8 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.laser_scan import MAPPABLE, placed_ends
-from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.lidar.laser_scan import MAPPABLE, place_ends
+from drake_starnav.surroundings.erosion import smooth_distances
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 
@@ -27,7 +27,7 @@ def inflated_hits(observation: Observation, margins: Margins, robot_radius: floa
         robot_radius: m.
     """
     x, y, yaw = observation.pose
-    distance = smoothed_distances(observation.scan, margins.smoothing_slack)
+    distance = smooth_distances(observation.scan, margins.smoothing_slack)
     return bridge_hits(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
 
 
@@ -36,7 +36,7 @@ def bridge_hits(beams, distance, place, diameter):
     """As `inflated_hits`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
     (x, y, cosine, sine), spacing = place, BRIDGE_SPACING * diameter
     mappable, wrap = beams.kinds & MAPPABLE != 0, beams.seam < np.inf
-    points = placed_ends(beams.directions, distance, mappable, x, y, cosine, sine)
+    points = place_ends(beams.directions, distance, mappable, x, y, cosine, sine)
     hit = distance[mappable] < beams.range_max
     count = len(points)
     parts = np.zeros(count, np.int64)  # of the chord from each hit to the next

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.distance_grid import STRIDE
-from drake_starnav.surroundings.region_union import RegionUnion, covers, samples_beside
+from drake_starnav.surroundings.region_union import RegionUnion, covers, find_samples_beside
 
 BLOCK = 4
 """Cells along a block: most blocks that a region touches lie inside it, which is told at once."""
@@ -70,7 +70,7 @@ def _recount(known, cell, center, bearing_0, before, after):
                 x0, y0 = ((i + first[0]) * BLOCK + OFF) * cell, ((j + first[1]) * BLOCK + OFF) * cell
                 dx, dy = x0 + middle - center[k, 0], y0 + middle - center[k, 1]
                 away = math.hypot(dx, dy)
-                at, _ = samples_beside(bearing_0[k], samples, dx, dy)
+                at, _ = find_samples_beside(bearing_0[k], samples, dx, dy)
                 width = int(1.1 * half / away / turn) + 1 if away > 2.0 * half else samples // 2
                 differs, least, most, least_now, most_now = False, np.inf, 0.0, np.inf, 0.0
                 for n in range(at - width, at + width + 2):

@@ -6,9 +6,9 @@ import numpy as np
 
 from drake_starnav.planning.monitoring import FACING, is_facing, is_turning
 from drake_starnav.planning.state import PlannerInput, PlannerState, Progress
-from drake_starnav.surroundings.region_union import cover_at
+from drake_starnav.surroundings.region_union import find_cover
 from drake_starnav.surroundings.star_region import StarRegion
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 
 LOOKS_AFTER = 0.5
 """Time without progress after which the robot turns to unseen space, s."""
@@ -28,7 +28,7 @@ def sees_exit_after_turn(state: PlannerState, current_region: StarRegion, inputs
     if not observation.scan.merged or state.route.exit is None or not len(nodes):
         return False
     turned = abs(math.remainder(float(observation.pose[2] - nodes[-1].pose[2]), 2.0 * math.pi))
-    return turned > FACING and cover_at(current_region.as_union, *state.route.exit[1], 0.0) >= 0
+    return turned > FACING and find_cover(current_region.as_union, *state.route.exit[1], 0.0) >= 0
 
 
 def turn_to_unseen(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -37,7 +37,7 @@ def turn_to_unseen(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if len(state.route.path):
         look = look_beside_path if inputs.observation.scan.merged else look_along_path
         progress = look(state, progress, inputs)
-    return replaced(state, progress=progress)
+    return replace_fields(state, progress=progress)
 
 
 def look_along_path(state: PlannerState, progress: Progress, inputs: PlannerInput) -> Progress:

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import arc_lengths, distance_to_segment, resampled
+from drake_starnav.geometry.polyline import distance_to_segment, measure_arc_lengths, resample_polyline
 from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, search_poses
 from drake_starnav.robot import Base
-from drake_starnav.robot.limits import Limits, time_from_rest, wrapped_angle
+from drake_starnav.robot.limits import Limits, time_from_rest, wrap_angle
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.surroundings import Surroundings
 
@@ -181,7 +181,7 @@ def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, u
     """Return the same with what is left of the path (k, 2) and the turns since that was least."""
     if not len(path):
         return before._replace(least_left=math.inf, winding=0.0)
-    left, end = float(arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
+    left, end = float(measure_arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
     if left < before.least_left - MOVED * unit or not math.dist(path[-1], before.end[:2]) < SAME_PLACE * unit:
         return before._replace(least_left=left, winding=0.0, end=end)
     return before._replace(winding=before.winding + math.remainder(pose[2] - before.end[2], 2.0 * math.pi), end=end)
@@ -192,7 +192,7 @@ def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> b
     if not context.base.turns_on_the_spot:
         return False
     way, needed = np.vstack((pose[:2], path)), context.footprint.radius + context.margin
-    ahead = resampled(way, 0.5 * SAME_PLACE * context.footprint.radius)[:3]
+    ahead = resample_polyline(way, 0.5 * SAME_PLACE * context.footprint.radius)[:3]
     hits = context.surroundings.certified_star.boundary.points
     return all((distance_to_segment(hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
@@ -225,7 +225,7 @@ def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext
     """
     goals, unit = _list_goals(pose, path, context), context.footprint.radius
     away = np.hypot(*(goals[:, :2] - pose[:2]).T)
-    turned = np.array([wrapped_angle(turn) for turn in goals[:, 2] - pose[2]])
+    turned = np.array([wrap_angle(turn) for turn in goals[:, 2] - pose[2]])
     first = tried % len(goals)
     costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
     ahead = (away >= NEAR_GOAL * unit) | (np.abs(turned) >= goals[:, 3])
@@ -246,7 +246,7 @@ def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -
     """Return goals, the best first, shape (n, 4): x, y, yaw, and the largest error of the heading, m and rad."""
     goals = []
     line = np.vstack((pose[:2], path))
-    along, unit = arc_lengths(line), context.footprint.radius
+    along, unit = measure_arc_lengths(line), context.footprint.radius
     for look, aligned in dict.fromkeys((min(look * unit, float(along[-1])), aligned) for look, aligned in LOOKS):
         x, y = (float(np.interp(look, along, coordinate)) for coordinate in line.T)
         leg = min(max(int(np.searchsorted(along, look)), 1), len(line) - 1)

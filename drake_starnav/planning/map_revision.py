@@ -15,11 +15,11 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.outlier_filter import lose_beams
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.surroundings.bearing_hits import half_gaps
+from drake_starnav.surroundings.bearing_hits import measure_half_gaps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP
-from drake_starnav.surroundings.region_union import CELL, WORD, highest
+from drake_starnav.surroundings.region_union import CELL, WORD, find_highest_bit
 from drake_starnav.surroundings.star_region import StarRegion, cut_back, refit_region
 
 CONTRADICTION = 0.8
@@ -40,7 +40,7 @@ RUN_BEAMS = 3.0
 def mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
     """Return static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
     scan, hit = observation.scan, observation.scan.mappable_hits
-    return scan.points_at(scan.distances, hit, observation.pose), half_gaps(scan.distances, scan.beams)[hit]
+    return scan.points_at(scan.distances, hit, observation.pose), measure_half_gaps(scan.distances, scan.beams)[hit]
 
 
 def seen_through(old: Observation, new: Observation, slack: float) -> float:
@@ -190,7 +190,7 @@ def _near_hits(union, points, reach, sizes, gap):
                 for j in range(max(left, 0), min(right + 1, marks.shape[1])):
                     word |= marks[i, j, w]
             while word != 0:
-                k = w * WORD + highest(word)
+                k = w * WORD + find_highest_bit(word)
                 word ^= one << np.uint64(k % WORD)
                 if found[k]:
                     continue

@@ -11,8 +11,8 @@ from drake_starnav.planning.distance_grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridge_hits
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
-from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, moving_average
-from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
+from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, average_neighbours
+from drake_starnav.surroundings.region_union import RegionUnion, find_cover, find_first_gap
 from drake_starnav.surroundings.star_region import StarRegion
 
 OUTSIDE_TOLERANCE = 0.12
@@ -99,21 +99,21 @@ def _check(x, y, driven, plan, known, view, robot_radius):
     sees_probe = (
         driven[0] > PROBE_SEEN_AFTER * robot_radius
         and len(probe) > 0
-        and cover_at(region, probe[0, 0], probe[0, 1], 0.0) >= 0
+        and find_cover(region, probe[0, 0], probe[0, 1], 0.0) >= 0
     )
-    is_outside = driven[0] > tolerance and cover_at(union, x, y, tolerance) < 0
+    is_outside = driven[0] > tolerance and find_cover(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, is_outside, False, 0, False, False
     passed_count = count_passed_points(x, y, path, region if retrying else union, robot_radius)
     has_strayed = (
-        cover_at(union, x, y, 0.0) >= 0
-        and first_gap(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, robot_radius) > 0.0
+        find_cover(union, x, y, 0.0) >= 0
+        and find_first_gap(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, robot_radius) > 0.0
     )
     is_doubtful = _has_doubt(path, x, y, hits, robot_radius) or _has_doubt(beyond, x, y, hits, robot_radius)
     is_blocked = False
     if driven[1] > REPLAN_DISTANCE * robot_radius and len(beyond) > 1:  # there is something beyond the probe
         beams, place, slack = Beams(*view[0]), view[1], view[2]
-        distance = moving_average(beams, np.int64(SMOOTHING_BEAMS), slack)
+        distance = average_neighbours(beams, np.int64(SMOOTHING_BEAMS), slack)
         is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * robot_radius), robot_radius)
     return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_doubtful
 
@@ -134,7 +134,7 @@ def count_passed_points(x, y, path, union, radius):
     k = 0
     while k + 1 < len(path):
         near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
-        if not near and first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
+        if not near and find_first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
             break
         k += 1
     return k

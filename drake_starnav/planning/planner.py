@@ -33,9 +33,9 @@ from drake_starnav.planning.state import (
 )
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.obstruction import AVOIDED
-from drake_starnav.surroundings.region_union import cover_at
+from drake_starnav.surroundings.region_union import find_cover
 from drake_starnav.surroundings.star_region import StarRegion
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 
 PROGRESS_DISTANCE = 0.6
 """Motion that counts as progress, in radii of the robot."""
@@ -69,7 +69,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     current_region = state.roadmap.closures.open_part(observation.region)
     check = check_plan(state, current_region, inputs)
     failed_path = find_failed_path(state, inputs) if has_stalled else EMPTY_PATH
-    state = replaced(state, recent_observations=(*state.recent_observations, observation)[-AVERAGED_SCANS:])
+    state = replace_fields(state, recent_observations=(*state.recent_observations, observation)[-AVERAGED_SCANS:])
     state = update_roadmap(state, current_region, check, has_stalled, inputs)
     state = discard_blocked_path(state, check, inputs)
     if len(failed_path):
@@ -105,9 +105,9 @@ def track_progress(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerSt
     manoeuvres = len(state.manoeuvre.poses) > 0
     if may_stand(state, inputs) or ((has_moved or manoeuvres) and not gives_up):
         progress = progress._replace(position=inputs.position.copy(), time=inputs.time)
-        return replaced(state, progress=progress), False
+        return replace_fields(state, progress=progress), False
     if gives_up or inputs.time - progress.time > inputs.parameters.progress_timeout:
-        return replaced(state, progress=progress._replace(time=inputs.time)), True
+        return replace_fields(state, progress=progress._replace(time=inputs.time)), True
     return state, False
 
 
@@ -159,7 +159,7 @@ def update_roadmap(
     is_contradicted = regions is not state.roadmap.regions
     roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
     progress = state.progress._replace(node_position=inputs.position.copy())
-    state = replaced(state, roadmap=roadmap, progress=progress)
+    state = replace_fields(state, roadmap=roadmap, progress=progress)
     return add_latest_node(state, inputs) if is_contradicted or is_due else state
 
 
@@ -196,13 +196,13 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
         points = np.vstack((points, inflated_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
-    roadmap = replaced(state.roadmap, hits=state.roadmap.hits.add_hits(points))
-    return replaced(discard_path(state), roadmap=roadmap)
+    roadmap = replace_fields(state.roadmap, hits=state.roadmap.hits.add_hits(points))
+    return replace_fields(discard_path(state), roadmap=roadmap)
 
 
 def discard_path(state: PlannerState) -> PlannerState:
     """Return the state without a path, so that one is planned."""
-    return replaced(state, route=state.route._replace(path=EMPTY_PATH))
+    return replace_fields(state, route=state.route._replace(path=EMPTY_PATH))
 
 
 def drop_passed_points(state: PlannerState, check: PlanCheck) -> PlannerState:
@@ -211,7 +211,7 @@ def drop_passed_points(state: PlannerState, check: PlanCheck) -> PlannerState:
         return discard_path(state)
     if not check.passed_count:
         return state
-    return replaced(state, route=state.route._replace(path=state.route.path[check.passed_count :]))
+    return replace_fields(state, route=state.route._replace(path=state.route.path[check.passed_count :]))
 
 
 def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> PlannerState:
@@ -230,13 +230,13 @@ def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> Plan
         return start_route(state, route, inputs)
     if is_first_scan or (is_boxed_in and has_no_plan):
         return forget_all(state, inputs)
-    state = replaced(state, route=state.route._replace(path=EMPTY_PATH, exit=None))
+    state = replace_fields(state, route=state.route._replace(path=EMPTY_PATH, exit=None))
     return state if is_boxed_in else enter_dead_end(state, inputs)
 
 
 def start_route(state: PlannerState, route: Route, inputs: PlannerInput) -> PlannerState:
     """Return the state with a route that begins where the robot is."""
-    return replaced(
+    return replace_fields(
         state,
         status=PlannerStatus.APPROACHING if route.exit is None else PlannerStatus.EXPLORING,
         route=route._replace(start=inputs.position.copy()),
@@ -246,16 +246,16 @@ def start_route(state: PlannerState, route: Route, inputs: PlannerInput) -> Plan
 
 def forget_all(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state before the first scan, but for keep-outs and the time without progress."""
-    keep_outs = replaced(state.roadmap.closures, failed=EMPTY_PATH)
+    keep_outs = replace_fields(state.roadmap.closures, failed=EMPTY_PATH)
     initial = PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, keep_outs)
     progress = initial.progress._replace(position=state.progress.position, time=state.progress.time)
-    return replaced(initial, progress=progress)
+    return replace_fields(initial, progress=progress)
 
 
 def forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with an empty roadmap: of the places that are closed only keep-outs are kept."""
     roadmap = forget_all(state, inputs).roadmap
-    return replaced(state, roadmap=roadmap, progress=state.progress._replace(node_position=UNSET_POSITION))
+    return replace_fields(state, roadmap=roadmap, progress=state.progress._replace(node_position=UNSET_POSITION))
 
 
 def enter_dead_end(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -283,13 +283,13 @@ def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState
         dead_end = DeadEnd(inputs.time, distance)
     if patience and inputs.time - dead_end.since > patience:
         return give_up(state, f"an obstacle that may move, for which the robot has waited {patience:g} s", inputs)
-    return replaced(state, status=PlannerStatus.WAITING, progress=state.progress._replace(dead_end=dead_end))
+    return replace_fields(state, status=PlannerStatus.WAITING, progress=state.progress._replace(dead_end=dead_end))
 
 
 def give_up(state: PlannerState, cause: str, inputs: PlannerInput) -> PlannerState:
     """Return the state of a robot to which no way is left, for a cause that may be empty."""
     dead_end = DeadEnd(inputs.time, distance_to(inputs.position, inputs.goal), cause)
-    return replaced(state, status=PlannerStatus.UNREACHABLE, progress=state.progress._replace(dead_end=dead_end))
+    return replace_fields(state, status=PlannerStatus.UNREACHABLE, progress=state.progress._replace(dead_end=dead_end))
 
 
 def find_open_route(
@@ -325,7 +325,7 @@ def is_at_unseen_exit(route: Route, current_region: StarRegion, inputs: PlannerI
     """Return whether a route leaves the regions where the robot is, and the latest scan does not show its probe."""
     if route.exit is None or distance_to(route.exit[0], inputs.position) > PASSED_DISTANCE * inputs.robot_radius:
         return False
-    return cover_at(current_region.as_union, *route.exit[1], 0.0) < 0
+    return find_cover(current_region.as_union, *route.exit[1], 0.0) < 0
 
 
 def update_manoeuvre(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -339,4 +339,4 @@ def update_manoeuvre(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     else:
         path = EMPTY_PATH if may_stand(state, inputs) else state.route.path
         manoeuvre = step_manoeuvre(state.manoeuvre, path, pose, inputs.time, context, patience)
-    return replaced(state, manoeuvre=manoeuvre)
+    return replace_fields(state, manoeuvre=manoeuvre)

@@ -17,7 +17,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel, put
 from drake_starnav.geometry.footprint import Body, Footprint
 from drake_starnav.geometry.polyline import distances
-from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.robot.limits import wrap_angle
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
 from drake_starnav.surroundings.view_arrays import ViewArrays
@@ -215,8 +215,8 @@ def _shoot_straight(pose, goal, space, begins):
     checks, away = 0, math.hypot(goal[0] - x, goal[1] - y)
     for gear in (1.0, -1.0):
         heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
-        first = yaw + wrapped_angle(heading - yaw)
-        last = wrapped_angle(goal[2] - heading)
+        first = yaw + wrap_angle(heading - yaw)
+        last = wrap_angle(goal[2] - heading)
         free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, begins)
         checks += more
         if free:
@@ -235,7 +235,7 @@ def _compute_turn_to_go(yaw, goals, turn_cost):
     """Return the least cost of the turn to any goal, and of ending there, m."""
     least = np.inf
     for goal in goals:
-        least = min(least, turn_cost * max(abs(wrapped_angle(yaw - goal[2])) - goal[3], 0.0) + goal[4])
+        least = min(least, turn_cost * max(abs(wrap_angle(yaw - goal[2])) - goal[3], 0.0) + goal[4])
     return least
 
 
@@ -269,7 +269,7 @@ def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
         for k in range(len(goals)):
             goal = goals[k]
             away, ending = math.hypot(goal[0] - x, goal[1] - y), costs[n] + GREED * goal[4]
-            if away < NEAR_GOAL * space.body.radius and abs(wrapped_angle(yaw - goal[2])) < goal[3]:
+            if away < NEAR_GOAL * space.body.radius and abs(wrap_angle(yaw - goal[2])) < goal[3]:
                 heapq.heappush(queue, (ending, n, True))
             elif (
                 shoots
@@ -282,7 +282,7 @@ def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
                 if shot != 0.0:
                     put(nodes, count, (x, y, heading, 0.0))
                     put(nodes, count + 1, (goal[0], goal[1], heading, -shot if leaves else shot))
-                    put(nodes, count + 2, (goal[0], goal[1], heading + wrapped_angle(goal[2] - heading), 0.0))
+                    put(nodes, count + 2, (goal[0], goal[1], heading + wrap_angle(goal[2] - heading), 0.0))
                     parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
                     heapq.heappush(queue, (ending + GREED * away, count + 2, True))
                     count += 3

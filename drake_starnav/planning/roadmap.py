@@ -16,8 +16,8 @@ from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_index import indexed, subset
-from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, excess
+from drake_starnav.surroundings.region_index import index_regions, select_regions
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, measure_excess
 from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import snapshot
 
@@ -90,7 +90,7 @@ def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
 def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
     """Return the roadmap with one more node, and with other hits."""
     assert node.region is not None
-    union = indexed(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
+    union = index_regions(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
     alone = node.region.as_union
     nothing = alone._replace(values=np.zeros_like(alone.values))
     known = roadmap.known.update_counts(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
@@ -124,7 +124,7 @@ def replace_regions(
         if region is not None:
             after[i] = rows[2][numbers[k]] = region.boundary.values
             rows[3][numbers[k]] = region.boundary.slopes
-    union = indexed(RegionUnion(*rows), subset(old, kept), numbers[news[kept[news]]])
+    union = index_regions(RegionUnion(*rows), select_regions(old, kept), numbers[news[kept[news]]])
     changed = RegionUnion(*(row[news] for row in old.rows))
     known = roadmap.known.update_counts(hits.resolution * STRIDE, changed, after, union.bounds)
     return StarRoadmap(hits, nodes, union, roadmap.closures, known)
@@ -167,7 +167,7 @@ def _find_edges(union):
             ):
                 ends.append((i, j))
         if j and len(ends) == begin:
-            i = j - 1 - int(np.argmin(excess(union, x, y)[:j][::-1]))  # of equals the newest
+            i = j - 1 - int(np.argmin(measure_excess(union, x, y)[:j][::-1]))  # of equals the newest
             ends.append((i, j))
     edges = np.empty((len(ends), 2), np.int64)
     for e in range(len(ends)):

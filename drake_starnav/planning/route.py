@@ -5,14 +5,14 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.approach import goal_candidates
 from drake_starnav.planning.cost_field import CostField, CostmapParams, cost_to_go
 from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import find_gaps
 from drake_starnav.planning.state import PlannerInput, PlannerState, Route
 from drake_starnav.planning.string_pulling import pull_string
-from drake_starnav.surroundings.region_union import cover_at, first_gap
+from drake_starnav.surroundings.region_union import find_cover, find_first_gap
 from drake_starnav.surroundings.star_region import StarRegion
 
 LEFT = 0.8
@@ -46,7 +46,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     known = np.flatnonzero(current_region.as_union.contains(candidates.places) | union.contains(candidates.places))
     goal = candidates.places[known[0]] if len(known) else candidates.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
-    if len(known) and (cover_at(current_region.as_union, *goal, 0.0) >= 0 or first_gap(union, *straight) < 0.0):
+    if len(known) and (find_cover(current_region.as_union, *goal, 0.0) >= 0 or find_first_gap(union, *straight) < 0.0):
         return Route(goal[None].copy())
     path = build_cost_field(state, goal, inputs).path(position)
     if not len(path):
@@ -57,7 +57,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
         return Route(pull_string(np.vstack((path, goal)) if len(known) else path, position, sight, inputs.robot_radius))
     way, beyond = path[: last + 1], path[first:]
     aim = find_frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
-    if aim is not None and first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
+    if aim is not None and find_first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
         way = np.vstack((way, aim))
     return Route(pull_string(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
 
@@ -69,7 +69,7 @@ def find_frontier_point(
 
     It lies as far inside the gap as its probe lies outside.
     """
-    owner = cover_at(state.roadmap.union, *inside, 0.0)
+    owner = find_cover(state.roadmap.union, *inside, 0.0)
     gaps = find_gaps(state.roadmap, robot_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (inside + outside)
     away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
@@ -77,7 +77,7 @@ def find_frontier_point(
     if not gaps or min(nearest) > NEXT_TO * robot_radius:
         return None
     k = nearest.index(min(nearest))
-    line, probe, along = gaps[k].line, gaps[k].probe, arc_lengths(gaps[k].line)
+    line, probe, along = gaps[k].line, gaps[k].probe, measure_arc_lengths(gaps[k].line)
     at = along[away[k].argmin()]
     at += np.clip(0.5 * along[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)
     on, out = (np.array([np.interp(at, along, side) for side in points.T]) for points in (line, probe))
@@ -116,7 +116,7 @@ def _find_exit(path, half_cell, union, left):
             turn = 0.25 * math.pi * (k - 1)
             x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
             y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
-            if cover_at(union, x, y, 0.0) >= 0:
+            if find_cover(union, x, y, 0.0) >= 0:
                 path[i, 0], path[i, 1], inside = x, y, True
                 break
         if inside:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import simplified
+from drake_starnav.geometry.polyline import simplify_polyline
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.frontiers import find_all_gaps
 from drake_starnav.planning.guidance import Guidance
@@ -18,7 +18,7 @@ from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.string_pulling import farthest_in_sight
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 UNSET_POSITION = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
@@ -136,7 +136,7 @@ class PlannerState:
             dead_end=None,
             unseen_heading=math.nan,
         )
-        return replaced(
+        return replace_fields(
             self,
             status=PlannerStatus.WAITING,
             route=self.route._replace(path=EMPTY_PATH, exit=None),
@@ -148,7 +148,7 @@ class PlannerState:
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """Return the frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
         gaps = find_all_gaps(self.roadmap, robot_radius)
-        lines = [simplified(gap.line, STRAIGHT * robot_radius) for gap in gaps]
+        lines = [simplify_polyline(gap.line, STRAIGHT * robot_radius) for gap in gaps]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
     @cached_property

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import subdivided
-from drake_starnav.surroundings.region_union import RegionUnion, cover_at, first_gap
+from drake_starnav.geometry.polyline import subdivide_polyline
+from drake_starnav.surroundings.region_union import RegionUnion, find_cover, find_first_gap
 
 FORWARD_STEP, BACKWARD_STEP = 0.8, 0.4
 """Spacing of the points that the path may skip to, in the first and in the second pass, in radii of the robot."""
@@ -32,8 +32,8 @@ def pull_string(path: np.ndarray, position: np.ndarray, regions: RegionUnion, ra
 @kernel
 def _pull_line(line, regions, radius):
     """Run the loop of `pull_string`, of a path that begins at the robot, shape (k, 2)."""
-    forward = _pull(subdivided(line, FORWARD_STEP * radius), regions, radius)
-    points = subdivided(forward, BACKWARD_STEP * radius)[::-1].copy()
+    forward = _pull(subdivide_polyline(line, FORWARD_STEP * radius), regions, radius)
+    points = subdivide_polyline(forward, BACKWARD_STEP * radius)[::-1].copy()
     points[0, 0], points[0, 1] = forward[-1, 0], forward[-1, 1]  # without its rounding
     backward = _pull(points, regions, radius)
     whole = math.hypot(backward[-1, 0] - line[0, 0], backward[-1, 1] - line[0, 1]) <= 1e-6
@@ -43,11 +43,11 @@ def _pull_line(line, regions, radius):
 @kernel
 def last_in_sight(points, x, y, union, radius):
     """Return the index of the last of some points (n, 2) in sight from (x, y) inside a union, or -1, for a robot."""
-    if cover_at(union, x, y, 0.0) < 0:
+    if find_cover(union, x, y, 0.0) < 0:
         return -1
     gap = 0.0  # where the last line left the union: the next one probably does, too
     for j in range(len(points) - 1, -1, -1):
-        gap = first_gap(union, (x, y), (points[j, 0], points[j, 1]), gap, radius)
+        gap = find_first_gap(union, (x, y), (points[j, 0], points[j, 1]), gap, radius)
         if gap < 0.0:
             return j
     return -1

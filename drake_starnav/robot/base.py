@@ -46,7 +46,7 @@ class Base(Protocol):
         Gear 0 turns on the spot, 1 drives forwards or aside, -1 backwards. The robot turns within a `radius` (m).
         """
 
-    def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
+    def saturate(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """The twist, cut off where it exceeds the limits; NaN stays NaN.
 
         The one place where what is asked of a robot becomes what it can do: shield and drive ask here.
@@ -62,7 +62,9 @@ class Base(Protocol):
     def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Twists to try for a desired one, the best first: itself."""
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
+    def twist_towards(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
         """The twist towards a pose of a manoeuvre.
 
         Args:
@@ -74,7 +76,7 @@ class Base(Protocol):
         """
 
 
-def twist_of(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
+def convert_to_twist(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
     """A velocity as a twist of a base; or many, shape (n, 3) -> (n, 2 or 3)."""
     return np.array(velocity)[..., :: 1 if len(base.components) == 3 else 2].copy()
 

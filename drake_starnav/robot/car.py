@@ -4,7 +4,7 @@ import numpy as np
 
 from drake_starnav.robot.base import SHARES, straight_and_curved
 from drake_starnav.robot.differential import Differential
-from drake_starnav.robot.limits import Limits, limited
+from drake_starnav.robot.limits import Limits, limit_value
 
 MOVE, TURN = 0.3, 0.3
 """Length of a move of a manoeuvre, in radii of the disc around the robot, and the largest turn on it, rad."""
@@ -25,8 +25,8 @@ class Car(Differential):
     def moves(self, radius: float, limits: Limits) -> np.ndarray:
         """No longer than turns by TURN are, on any circle that it can drive."""
         length = min(MOVE * radius, TURN / (1.2 * limits.max_yaw_rate))
-        curved = [straight_and_curved(length, 1.2 * length * share * limits.max_yaw_rate) for share in CURVES]
-        return np.array([*curved[0], *(move for rows in curved[1:] for move in rows if move[2])])
+        curved_moves = [straight_and_curved(length, 1.2 * length * share * limits.max_yaw_rate) for share in CURVES]
+        return np.array([*curved_moves[0], *(move for rows in curved_moves[1:] for move in rows if move[2])])
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[0] * twist[1]
@@ -34,12 +34,16 @@ class Car(Differential):
     def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
         """Slower, and steering otherwise; last it steers standing."""
         v, bend = desired
-        steered = [limited(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
-        rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered]
+        steered_rates = [limit_value(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
+        rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered_rates]
         return np.array([*rows, (0.0, bend)])
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
+    def twist_towards(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
         """It cannot turn on the spot."""
-        most = limits.max_yaw_rate
-        away = max(abs(ahead), NEAREST / most)
-        return np.array((gear * speed, gear * turn / away + 0.5 * most * (most * aside + gear * turn)))
+        max_yaw_rate = limits.max_yaw_rate
+        way_ahead = max(abs(ahead), NEAREST / max_yaw_rate)
+        return np.array(
+            (gear * speed, gear * turn / way_ahead + 0.5 * max_yaw_rate * (max_yaw_rate * aside + gear * turn))
+        )

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
-from drake_starnav.robot.limits import Limits, limited, stopping
+from drake_starnav.robot.limits import Limits, limit_value, stopping_speed
 
 TURN, TURN_COST = math.radians(15.0), 0.19
 """Turn of a move on the spot or along a curve, rad, and the cost of one on the spot, in radii."""
@@ -23,13 +23,13 @@ class Differential:
     turns_on_the_spot, steers, holonomic = True, False, False
 
     def moves(self, radius: float, limits: Limits) -> np.ndarray:
-        turns = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
-        return np.array([*straight_and_curved(MOVE * radius, TURN), *turns])
+        turning_moves = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
+        return np.array([*straight_and_curved(MOVE * radius, TURN), *turning_moves])
 
-    def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
+    def saturate(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """Each component for itself."""
         v, omega = twist.tolist()
-        return np.array((limited(v, limits.max_speed), limited(omega, limits.max_yaw_rate)))
+        return np.array((limit_value(v, limits.max_speed), limit_value(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[1]
@@ -39,9 +39,13 @@ class Differential:
         yield desired
         yield from SHARES[1:] * desired
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
+    def twist_towards(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
         if gear == 0.0:
-            return np.array((0.0, math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)))
-        away = max(abs(ahead), speed / QUICKEST)
-        off = aside - 0.5 * ahead * turn
-        return np.array((gear * speed, speed * turn / away + gear * 0.5 * FOLLOWING**2 / limits.max_speed * off))
+            return np.array((0.0, math.copysign(stopping_speed(abs(turn), limits.max_yaw_acceleration), turn)))
+        way_ahead = max(abs(ahead), speed / QUICKEST)
+        lateral_offset = aside - 0.5 * ahead * turn
+        return np.array(
+            (gear * speed, speed * turn / way_ahead + gear * 0.5 * FOLLOWING**2 / limits.max_speed * lateral_offset)
+        )

@@ -48,7 +48,7 @@ class Limits(NamedTuple):
 
 
 @leaf
-def turning_twist(heading, speed, limits):
+def make_turning_twist(heading, speed, limits):
     """The twist (v, omega) of a differential drive that turns towards a heading (rad), v = speed * cos(heading)^3.
 
     With v = 0 for what lies behind. It turns no faster than it can stop at that heading with the largest yaw
@@ -56,11 +56,11 @@ def turning_twist(heading, speed, limits):
     """
     v = speed * math.cos(heading) ** 3.0 if abs(heading) <= 0.5 * math.pi else 0.0
     stopping = math.sqrt(2.0 * limits.max_yaw_acceleration * abs(heading))
-    return v, limited(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
+    return v, limit_value(HEADING_GAIN * heading, min(limits.max_yaw_rate, stopping))
 
 
 @leaf
-def stopping(left, braking):
+def stopping_speed(left, braking):
     """The speed from which a robot comes to rest after what is left: in m, m/s and m/s^2, or the same in rad.
 
     In proportion at the end, without a jump of the deceleration, and never more than `braking`.
@@ -77,7 +77,7 @@ def time_from_rest(way: float, speed: float, acceleration: float) -> float:
 
 
 @leaf
-def aimed(error, speed, limits):
+def velocity_towards(error, speed, limits):
     """The velocity that begins to drive in a direction that is `error` (rad) to the left of the heading.
 
     A holonomic base drives there at once, and turns its x axis into the direction of motion, forwards or backwards. One
@@ -85,19 +85,19 @@ def aimed(error, speed, limits):
     turns first. With a negative speed the direction is that of the robot's back.
     """
     if limits.holonomic > 0.0:
-        turning = limited(wrapped_angle(2.0 * error), limits.max_yaw_rate)
+        turning = limit_value(wrap_angle(2.0 * error), limits.max_yaw_rate)
         return Velocity(speed * math.cos(error), speed * math.sin(error), turning)
     if limits.steers > 0.0:
-        behind = abs(error) > 0.5 * math.pi
-        bend = math.copysign(limits.max_yaw_rate, error) if behind else 2.0 * math.sin(error) * limits.max_yaw_rate
-        bend = limited(bend if speed >= 0.0 else -bend, limits.max_yaw_rate)
+        is_behind = abs(error) > 0.5 * math.pi
+        bend = math.copysign(limits.max_yaw_rate, error) if is_behind else 2.0 * math.sin(error) * limits.max_yaw_rate
+        bend = limit_value(bend if speed >= 0.0 else -bend, limits.max_yaw_rate)
         return Velocity(max(math.cos(error), LEAST_SHARE) * speed, 0.0, bend)
-    v, omega = turning_twist(error, speed, limits)
+    v, omega = make_turning_twist(error, speed, limits)
     return Velocity(v, 0.0, omega)
 
 
 @leaf
-def slowed(velocity, speed):
+def cap_speed(velocity, speed):
     """The velocity with at most this speed ahead, m/s; one that leads aside keeps its direction."""
     if velocity.aside == 0.0:
         return Velocity(min(velocity.ahead, speed), 0.0, velocity.turning)
@@ -106,17 +106,17 @@ def slowed(velocity, speed):
 
 
 @register_jitable
-def limited(value, limit):
+def limit_value(value, limit):
     """The value, cut off at `limit` in size; NaN stays NaN."""
     return min(max(value, -limit), limit)
 
 
 @leaf
-def wrapped_angle(angle):
+def wrap_angle(angle):
     """The angle in [-pi, pi), rad."""
-    turned, circle = angle + math.pi, 2.0 * math.pi
-    if -circle <= turned < 2.0 * circle:  # faster, and the same
-        turned += circle if turned < 0.0 else -circle if turned >= circle else 0.0
+    wrapped_turn, circle = angle + math.pi, 2.0 * math.pi
+    if -circle <= wrapped_turn < 2.0 * circle:  # faster, and the same
+        wrapped_turn += circle if wrapped_turn < 0.0 else -circle if wrapped_turn >= circle else 0.0
     else:
-        turned %= circle
-    return turned - math.pi
+        wrapped_turn %= circle
+    return wrapped_turn - math.pi

@@ -135,21 +135,21 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation:
         actuation: what commands do.
     """
     numbers, samples = actuation.numbers, np.empty((SAMPLES, 6))  # made here: Numba takes longer to hand out an array
-    count, commanded, braking, grips = sample(pose, twist, target, numbers, samples)
+    count, command_start, braking, within_grip = sample(pose, twist, target, numbers, samples)
     if count > SAMPLES:
         samples = np.empty((count, 6))
         sample(pose, twist, target, numbers, samples)
-    return Motion(samples[:count], commanded, braking, grips, actuation.footprint)
+    return Motion(samples[:count], command_start, braking, within_grip, actuation.footprint)
 
 
 @register_jitable
-def ramped(value, target, change):
+def ramp_value(value, target, change):
     """The value, moved towards the target by at most `change`."""
     return value + min(max(target - value, -change), change)
 
 
 @register_jitable
-def ramp_mean(value, target, change):
+def average_ramp(value, target, change):
     """The mean of the value while it is moved towards the target by at most `change`, which it may reach on the way."""
     gap = abs(target - value)
     if gap >= change:
@@ -158,43 +158,46 @@ def ramp_mean(value, target, change):
 
 
 @register_jitable
-def velocity_of(twist):
+def convert_to_velocity(twist):
     """A twist of 2 or 3 components as a `Velocity`."""
     return Velocity(twist[0], twist[1] if len(twist) == 3 else 0.0, twist[-1])
 
 
 @register_jitable
-def ramped_speed(speed, target, step, limits):
+def ramp_speed(speed, target, step, limits):
     """A speed after a step (s) towards a target, and its mean in the step; to change its sign it falls, then grows."""
     growth, fall = limits.max_acceleration * step, limits.max_deceleration * step
     if growth == fall or speed * target >= 0.0 or abs(speed) >= fall:
         change = growth if speed * target >= 0.0 and abs(target) > abs(speed) else fall
-        return ramped(speed, target, change), ramp_mean(speed, target, change)
+        return ramp_value(speed, target, change), average_ramp(speed, target, change)
     share = abs(speed) / fall  # of the step, until it is zero
     growth *= 1.0 - share
-    return ramped(0.0, target, growth), 0.5 * share * speed + (1.0 - share) * ramp_mean(0.0, target, growth)
+    return ramp_value(0.0, target, growth), 0.5 * share * speed + (1.0 - share) * average_ramp(0.0, target, growth)
 
 
 @leaf
-def ramped_velocity(now, target, step, limits):
+def ramp_velocity(current_velocity, target, step, limits):
     """The velocity after a step (s) towards a target, and the mean one of the step."""
-    turned = limits.max_yaw_acceleration * step
-    turning, mean_turning = ramped(now.turning, target.turning, turned), ramp_mean(now.turning, target.turning, turned)
-    if now.aside == 0.0 and target.aside == 0.0:
-        ahead, mean_ahead = ramped_speed(now.ahead, target.ahead, step, limits)
-        return Velocity(ahead, 0.0, turning), Velocity(mean_ahead, 0.0, mean_turning)
-    dx, dy = target.ahead - now.ahead, target.aside - now.aside
+    turning_change = limits.max_yaw_acceleration * step
+    turning, mean_turning = (
+        ramp_value(current_velocity.turning, target.turning, turning_change),
+        average_ramp(current_velocity.turning, target.turning, turning_change),
+    )
+    if current_velocity.aside == 0.0 and target.aside == 0.0:
+        next_ahead, mean_ahead = ramp_speed(current_velocity.ahead, target.ahead, step, limits)
+        return Velocity(next_ahead, 0.0, turning), Velocity(mean_ahead, 0.0, mean_turning)
+    dx, dy = target.ahead - current_velocity.ahead, target.aside - current_velocity.aside
     change, slowest = max(math.hypot(dx, dy), 1e-12), 0.0
     if limits.max_acceleration != limits.max_deceleration:  # how far along the change the speed is least
-        slowest = -(now.ahead * dx + now.aside * dy) / change
-    end, mean = ramped_speed(-slowest, change - slowest, step, limits)
+        slowest = -(current_velocity.ahead * dx + current_velocity.aside * dy) / change
+    end, mean = ramp_speed(-slowest, change - slowest, step, limits)
     end, mean = (end + slowest) / change, (mean + slowest) / change
-    after = Velocity(now.ahead + end * dx, now.aside + end * dy, turning)
-    return after, Velocity(now.ahead + mean * dx, now.aside + mean * dy, mean_turning)
+    next_velocity = Velocity(current_velocity.ahead + end * dx, current_velocity.aside + end * dy, turning)
+    return next_velocity, Velocity(current_velocity.ahead + mean * dx, current_velocity.aside + mean * dy, mean_turning)
 
 
 @leaf
-def moved(pose, mean, step, limits):
+def integrate_step(pose, mean, step, limits):
     """The pose after a step (s) at mean rates, and the way driven (m)."""
     way, side, turn = mean.ahead * step, mean.aside * step, mean.turning * step
     if limits.steers > 0.0:
@@ -205,11 +208,11 @@ def moved(pose, mean, step, limits):
 
 
 @leaf
-def advanced(pose, velocity, target, step, limits):
+def advance_pose(pose, velocity, target, step, limits):
     """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
-    after, mean = ramped_velocity(velocity, target, step, limits)
-    pose, way = moved(pose, mean, step, limits)
-    return pose, after, way
+    next_velocity, mean = ramp_velocity(velocity, target, step, limits)
+    pose, way = integrate_step(pose, mean, step, limits)
+    return pose, next_velocity, way
 
 
 @leaf
@@ -237,19 +240,23 @@ def slides(v, omega, limits):
 def sample(pose, twist, target, numbers, samples):
     """`roll_out` by `Actuation.numbers`, into `samples`: how many it has, room or not, and the rest of a `Motion`."""
     (delay, hold, lever, spacing), limits = numbers[:4], Limits(*numbers[4:])
-    legs, begins = np.empty((3, 4)), np.empty(3, np.int64)
-    now, wanted = velocity_of(twist), velocity_of(target)
-    for k, (each, lasts) in enumerate(((now, delay), (wanted, hold), (Velocity(0.0, 0.0, 0.0), np.inf))):
-        put(legs, k, (each.ahead, each.aside, each.turning, lasts))
-    count = rolled(Pose(pose[0], pose[1], pose[2]), now, legs, (limits, lever, spacing), samples, begins)
-    commanded, grips = begins[1], True
-    for k in range(commanded + 1, min(count, len(samples))):
-        grips = grips and not slides(samples[k, 3], samples[k, 4], limits)
-    return count, commanded, begins[2], grips
+    legs, leg_starts = np.empty((3, 4)), np.empty(3, np.int64)
+    current_velocity, target_velocity = convert_to_velocity(twist), convert_to_velocity(target)
+    for k, (each, leg_duration) in enumerate(
+        ((current_velocity, delay), (target_velocity, hold), (Velocity(0.0, 0.0, 0.0), np.inf))
+    ):
+        put(legs, k, (each.ahead, each.aside, each.turning, leg_duration))
+    count = simulate_legs(
+        Pose(pose[0], pose[1], pose[2]), current_velocity, legs, (limits, lever, spacing), samples, leg_starts
+    )
+    command_start, within_grip = leg_starts[1], True
+    for k in range(command_start + 1, min(count, len(samples))):
+        within_grip = within_grip and not slides(samples[k, 3], samples[k, 4], limits)
+    return count, command_start, leg_starts[2], within_grip
 
 
 @kernel
-def rolled(pose, velocity, legs, drive, samples, begins):
+def simulate_legs(pose, velocity, legs, drive, samples, leg_starts):
     """The motion of any base over legs, written as samples of a `Motion`; returns their number, room or not.
 
     Args:
@@ -258,32 +265,32 @@ def rolled(pose, velocity, legs, drive, samples, begins):
             brakes on a leg that lasts for ever, until it stands; a base that steers keeps its curvature.
         drive: limits, and of the footprint lever and sampling, m.
         samples: shape (n, 6), to be written; the last of many goes into the last row.
-        begins: shape (k,), to be written: the index of the sample with which each leg begins.
+        leg_starts: shape (k,), to be written: the index of the sample with which each leg begins.
     """
     limits, lever, spacing = drive
     speed, rate = body_rates(velocity, limits)
     put(samples, np.int64(0), (pose.x, pose.y, pose.yaw, speed, rate, 0.0))
     count, time = 1, 0.0
     for j in range(len(legs)):
-        begins[j], left = count - 1, legs[j, 3]
-        wanted = Velocity(legs[j, 0], legs[j, 1], legs[j, 2])
-        if left == np.inf and limits.steers > 0.0:
-            wanted = Velocity(wanted.ahead, wanted.aside, velocity.turning)
-        wanted_speed, wanted_rate = body_rates(wanted, limits)
-        while left >= 1e-9 and (left < np.inf or abs(speed) >= AT_REST or abs(rate) >= AT_REST):
+        leg_starts[j], time_left = count - 1, legs[j, 3]
+        target_velocity = Velocity(legs[j, 0], legs[j, 1], legs[j, 2])
+        if time_left == np.inf and limits.steers > 0.0:
+            target_velocity = Velocity(target_velocity.ahead, target_velocity.aside, velocity.turning)
+        wanted_speed, wanted_rate = body_rates(target_velocity, limits)
+        while time_left >= 1e-9 and (time_left < np.inf or abs(speed) >= AT_REST or abs(rate) >= AT_REST):
             fastest, turning = max(abs(speed), abs(wanted_speed)), max(abs(rate), abs(wanted_rate))
             if limits.steers > 0.0:
-                turning = fastest * max(abs(velocity.turning), abs(wanted.turning))
+                turning = fastest * max(abs(velocity.turning), abs(target_velocity.turning))
             fastest += lever * turning
             step = min(LONGEST_STEP, spacing / max(fastest, 1e-9), LARGEST_TURN / max(turning, 1e-9))
-            if left < np.inf:
-                step = min(step, left)
-                left -= step
+            if time_left < np.inf:
+                step = min(step, time_left)
+                time_left -= step
             elif abs(speed) >= AT_REST:
                 step = min(step, abs(speed) / limits.max_deceleration)
             else:
                 step = min(step, abs(rate) / limits.max_yaw_acceleration)
-            pose, velocity, _ = advanced(pose, velocity, wanted, step, limits)
+            pose, velocity, _ = advance_pose(pose, velocity, target_velocity, step, limits)
             speed, rate = body_rates(velocity, limits)
             time += step
             put(samples, min(count, len(samples) - 1), (pose.x, pose.y, pose.yaw, speed, rate, time))
@@ -291,20 +298,22 @@ def rolled(pose, velocity, legs, drive, samples, begins):
     return count
 
 
-def predicted_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Limits) -> np.ndarray:
+def predict_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Limits) -> np.ndarray:
     """The pose at which the command that is due now takes effect, shape (3,).
 
     The certificate holds from there on: the motion up to it was certified when its commands were sent.
 
     Args:
         pose: (x, y, yaw) now, m and rad.
-        pending: shape (n, 4), a leg of `rolled` for each command on its way, the oldest first, with its period.
+        pending: shape (n, 4), a leg of `simulate_legs` for each command on its way, the oldest first, with its period.
         delay: from a command to its effect, s: of the oldest only the rest is still to come.
         limits: of the robot; each command was ramped when it was sent, and is reached at once.
     """
     legs = pending.copy()
     legs[:1, 3] -= legs[:, 3].sum() - delay
     at_once = limits._replace(max_acceleration=math.inf, max_deceleration=math.inf, max_yaw_acceleration=math.inf)
-    begins, end = np.empty(len(legs), np.int64), np.empty((1, 6))
-    rolled(Pose(*map(float, pose)), velocity_of(legs[0, :3]), legs, (at_once, 0.0, math.inf), end, begins)
+    leg_starts, end = np.empty(len(legs), np.int64), np.empty((1, 6))
+    simulate_legs(
+        Pose(*map(float, pose)), convert_to_velocity(legs[0, :3]), legs, (at_once, 0.0, math.inf), end, leg_starts
+    )
     return end[0, :3]

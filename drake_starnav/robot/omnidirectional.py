@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.robot.base import MOVE
 from drake_starnav.robot.differential import TURN, TURN_COST
-from drake_starnav.robot.limits import Limits, limited, stopping
+from drake_starnav.robot.limits import Limits, limit_value, stopping_speed
 
 ASIDE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
 """Directions that are tried beside the desired one, rad."""
@@ -22,16 +22,16 @@ class Omnidirectional:
     turns_on_the_spot, steers, holonomic = True, False, True
 
     def moves(self, radius: float, limits: Limits) -> np.ndarray:
-        aside = [(math.cos(a), math.sin(a), 0.0, 1.0, 1.0) for a in np.arange(8) * math.pi / 4.0]
-        turns = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
+        straight_moves = [(math.cos(a), math.sin(a), 0.0, 1.0, 1.0) for a in np.arange(8) * math.pi / 4.0]
+        turning_moves = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
         length = MOVE * radius
-        return np.array([*np.multiply(aside, (length, length, 1.0, length, 1.0)), *turns])
+        return np.array([*np.multiply(straight_moves, (length, length, 1.0, length, 1.0)), *turning_moves])
 
-    def saturated(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
+    def saturate(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """A velocity keeps its direction."""
         x, y, omega = (float(value) for value in twist)
         share = limits.max_speed / max(math.hypot(x, y), limits.max_speed)
-        return np.array((share * x, share * y, limited(omega, limits.max_yaw_rate)))
+        return np.array((share * x, share * y, limit_value(omega, limits.max_yaw_rate)))
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.copysign(np.hypot(twist[0], twist[1]), twist[0]), twist[2]
@@ -40,15 +40,17 @@ class Omnidirectional:
         """Slower, past what is in the way, and without turning; last only turning."""
         x, y, omega = desired.tolist()
         for a in ASIDE:
-            ahead, aside = math.cos(a) * x - math.sin(a) * y, math.sin(a) * x + math.cos(a) * y
+            turned_x, turned_y = math.cos(a) * x - math.sin(a) * y, math.sin(a) * x + math.cos(a) * y
             for share in SHARES:
-                yield np.array((share * ahead, share * aside, omega))
-                yield np.array((share * ahead, share * aside, 0.0 * omega))
+                yield np.array((share * turned_x, share * turned_y, omega))
+                yield np.array((share * turned_x, share * turned_y, 0.0 * omega))
         yield np.array((0.0, 0.0, omega))
 
-    def pursued(self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits) -> np.ndarray:
-        omega = math.copysign(stopping(abs(turn), limits.max_yaw_acceleration), turn)
+    def twist_towards(
+        self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
+    ) -> np.ndarray:
+        omega = math.copysign(stopping_speed(abs(turn), limits.max_yaw_acceleration), turn)
         if gear == 0.0:
             return np.array((2.0 * ahead, 2.0 * aside, omega))
-        away = max(math.hypot(ahead, aside), 1e-6)
-        return np.array((speed * ahead / away, speed * aside / away, omega))
+        way_length = max(math.hypot(ahead, aside), 1e-6)
+        return np.array((speed * ahead / way_length, speed * aside / way_length, omega))

@@ -105,15 +105,15 @@ class RobotParameters(Checked, place="robot"):
             if 0.0 < self.radius < LEAST_RADIUS:
                 raise StarnavError(f"robot.radius is {self.radius:g} m; allowed: 0, or at least {LEAST_RADIUS:g} m")
             return
-        circumscribed = self.shape.radius
-        if circumscribed > LARGEST_RADIUS:
+        circumradius = self.shape.radius
+        if circumradius > LARGEST_RADIUS:
             raise StarnavError(
-                f"robot.footprint is {shown(self.footprint)} and reaches {circumscribed:.4g} m from the robot's axis; "
+                f"robot.footprint is {shown(self.footprint)} and reaches {circumradius:.4g} m from the robot's axis; "
                 f"allowed: up to {LARGEST_RADIUS:g} m, with corners in metres"
             )
         if self.radius != RobotParameters.radius:
             self.check_beside(self.radius)
-        object.__setattr__(self, "radius", circumscribed)
+        object.__setattr__(self, "radius", circumradius)
 
     def check_beside(self, radius: Any) -> None:
         """Raise a `StarnavError` for a radius beside its footprint, but for 0 and the one that follows from it."""
@@ -155,8 +155,8 @@ class RobotParameters(Checked, place="robot"):
 
     def body(self, shape: Footprint) -> Footprint:
         """A footprint as this robot is driven with it: of a base that cannot turn on the spot a polygon."""
-        turns = self.drive.turns_on_the_spot or not shape.is_disc
-        return shape if turns else footprint(_tuples(shape.outline.tolist()))
+        can_turn = self.drive.turns_on_the_spot or not shape.is_disc
+        return shape if can_turn else footprint(_tuples(shape.outline.tolist()))
 
     @cached_property
     def limits(self) -> Limits:

@@ -75,7 +75,7 @@ def lidar_of(logged: Observed) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
     times = np.array([scan.time for _, scan in logged.scans])
     several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
-    late = np.array([came - scan.time for came, scan in logged.scans])
+    late = np.array([arrival_time - scan.time for arrival_time, scan in logged.scans])
     last = logged.scans[-1][1]
     ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
     latest = float(np.quantile(late, 0.99))
@@ -97,19 +97,21 @@ def lidar_of(logged: Observed) -> dict[str, float]:
 def range_noise(logged: Observed) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
     times = np.array([row.time for row in logged.rows])
-    moves = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in logged.rows])
-    still: list[np.ndarray] = []
+    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in logged.rows])
+    still_scans: list[np.ndarray] = []
     best = math.nan
     for _, scan in (*logged.scans, (0.0, None)):
-        around = slice(0, 0) if scan is None else slice(*np.searchsorted(times, (scan.time - 0.2, scan.time + 0.2)))
-        if scan is not None and not moves[around].any() and len(times[around]):
-            still.append(scan.ranges)
+        rows_around = (
+            slice(0, 0) if scan is None else slice(*np.searchsorted(times, (scan.time - 0.2, scan.time + 0.2)))
+        )
+        if scan is not None and not is_moving[rows_around].any() and len(times[rows_around]):
+            still_scans.append(scan.ranges)
             continue
-        if len(still) >= ENOUGH and len({len(each) for each in still}) == 1:
-            hits = np.array(still)[:, np.isfinite(still).all(axis=0)]
+        if len(still_scans) >= ENOUGH and len({len(each) for each in still_scans}) == 1:
+            hits = np.array(still_scans)[:, np.isfinite(still_scans).all(axis=0)]
             if hits.shape[1]:
                 best = float(np.nanmin((best, np.median(hits.std(axis=0, ddof=1)))))
-        still = []
+        still_scans = []
     return best
 
 
@@ -120,8 +122,8 @@ def mask_of(logged: Observed) -> list[list[float]] | None:
         return None  # what stands about it looks the same
     ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
     hit = ranges < 1.5 * radius  # -inf included
-    near = np.clip(ranges, 0.0, 1.5 * radius)
-    spread = np.where(hit, np.abs(near - np.median(near, axis=0)), 0.0).max(axis=0)
+    near_ranges = np.clip(ranges, 0.0, 1.5 * radius)
+    spread = np.where(hit, np.abs(near_ranges - np.median(near_ranges, axis=0)), 0.0).max(axis=0)
     noise = range_noise(logged)
     own = (hit.mean(axis=0) > 0.9) & (spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
@@ -136,37 +138,37 @@ def drive_of(logged: Observed) -> dict[str, float]:
     rows, delay = np.array(logged.rows), drive_delay(logged)
     robot = logged.scenario.robot
     braking = max(robot.max_speed / robot.limits.max_deceleration, 0.5)
-    lost, strayed = [0.0], [0.0]
+    lost_ways, stray_shares = [0.0], [0.0]
     for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
-        inside = logged.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
-        asked, driven, time = compared(logged.told, inside, delay)
-        way = math.hypot(*asked[:2])
+        braking_rows = logged.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
+        asked_way, driven_way, time = compared(logged.told, braking_rows, delay)
+        way = math.hypot(*asked_way[:2])
         if time < 0.5 * braking:
             continue
-        off = driven - asked
-        strayed.append(math.hypot(off[0], off[1]))
+        deviation = driven_way - asked_way
+        stray_shares.append(math.hypot(deviation[0], deviation[1]))
         if way > robot.radius:
-            lost.append(1.0 - math.hypot(*driven[:2]) / way)
-    slip = max(float(np.quantile(lost, 0.98)), 0.0)
-    error = max(float(np.quantile(strayed, 0.98)) - SHIPPED, 0.0)
-    explained = slip * robot.max_speed * braking
+            lost_ways.append(1.0 - math.hypot(*driven_way[:2]) / way)
+    slip = max(float(np.quantile(lost_ways, 0.98)), 0.0)
+    error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED, 0.0)
+    explained_by_slip = slip * robot.max_speed * braking
     delay = delay if delay > 1.0 / logged.scenario.controller.rate else 0.0  # a command is reached within its period
     delay = max(delay, float(np.quantile(logged.took, 0.99)))
-    return {"delay": _up(delay), "slip": _up(slip, 0.01), "error": _up(max(error - explained, 0.0), 0.005)}
+    return {"delay": _up(delay), "slip": _up(slip, 0.01), "error": _up(max(error - explained_by_slip, 0.0), 0.005)}
 
 
 def drive_delay(logged: Observed) -> float:
     """The delay with which the twist of the odometry follows the commanded one best, s."""
     rows, commands = np.array(logged.rows), np.array(logged.told)
-    measured = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
+    measured_velocity = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
     scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
-    tried = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
+    tried_delays = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
     misfit = []
-    for delay in tried:
+    for delay in tried_delays:
         at = np.searchsorted(commands[:, 0], rows[:, 0] - delay, side="right") - 1
-        off = (measured - commands[np.maximum(at, 0), 1:])[at >= 0] / scale
-        misfit.append(float((off**2).mean()))
-    best = float(tried[int(np.argmin(misfit))])
+        deviation = (measured_velocity - commands[np.maximum(at, 0), 1:])[at >= 0] / scale
+        misfit.append(float((deviation**2).mean()))
+    best = float(tried_delays[int(np.argmin(misfit))])
     return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
 
 
@@ -180,11 +182,11 @@ def odometry_drift(logged: Observed) -> float:
         pose = pose_at(logged.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
         if pose is None:
             continue
-        before, check = check, check.with_scan(scan.masked(lidar.mask), pose, error, logged.mounts[0])
-        if check.steps is not before.steps and len(check.steps) == KEPT_STEPS:
-            found = check.difference()
-            turned = found.turned_off / found.turned if found.turned > LEAST_TURN else 0.0
-            shares.append(max(found.off / max(found.driven, error.body), turned))
+        previous_check, check = check, check.with_scan(scan.masked(lidar.mask), pose, error, logged.mounts[0])
+        if check.steps is not previous_check.steps and len(check.steps) == KEPT_STEPS:
+            difference = check.difference()
+            turning_share = difference.turned_off / difference.turned if difference.turned > LEAST_TURN else 0.0
+            shares.append(max(difference.off / max(difference.driven, error.body), turning_share))
     return float(np.quantile(shares, 0.9)) if shares else math.nan
 
 
@@ -195,18 +197,19 @@ def calibration(log: Log, scenario: Scenario) -> str:
         log: of a drive with turns, and with some seconds of standing.
         scenario: that drove.
     """
-    logged = observed(log, scenario)
-    drive, sections = drive_of(logged), [_section(logged._replace(scans=scans)) for scans in logged.lidars]
-    seconds = logged.rows[-1].time - logged.rows[0].time
-    way = float(np.hypot(*np.diff(np.array(logged.rows)[:, 1:3].T, axis=1)).sum())
+    logged_run = observed(log, scenario)
+    drive, sections = drive_of(logged_run), [_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars]
+    seconds = logged_run.rows[-1].time - logged_run.rows[0].time
+    way = float(np.hypot(*np.diff(np.array(logged_run.rows)[:, 1:3].T, axis=1)).sum())
     lines = [
-        f"# {seconds:.0f} s, {way:.1f} m, {len(logged.scans)} scans, {len(logged.rows) / seconds:.0f} poses a second"
+        f"# {seconds:.0f} s, {way:.1f} m, {len(logged_run.scans)} scans, {len(logged_run.rows) / seconds:.0f} "
+        "poses a second"
     ]
     lines.append("lidars:" if scenario.lidars else "lidar:")
     for lidar, section in zip(scenario.all_lidars, sections, strict=True):
         lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
         lines += [f"{'    ' if scenario.lidars else '  '}{line}" for line in section]
-    drift = odometry_drift(logged)
+    drift = odometry_drift(logged_run)
     if drift > ALIGNED:
         lines += ["localization:", f"  drift: {_up(drift, 0.01):g}"]
     elif math.isnan(drift):

@@ -16,7 +16,7 @@ from drake_starnav.lidar.mounts import Mount
 from drake_starnav.localization.odometry_check import OdometryCheck
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.robot.limits import Limits
-from drake_starnav.robot.motion import velocity_of
+from drake_starnav.robot.motion import convert_to_velocity
 from drake_starnav.runtime.intake import Odometry, PosedScan
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.snapshot import snapshot
@@ -55,7 +55,7 @@ class Told(NamedTuple):
     @staticmethod
     def of(time: float, twist: np.ndarray, limits: Limits) -> "Told":
         """By the twist of a base, whose last component is a curvature where it steers."""
-        ahead, aside, turning = velocity_of(twist)
+        ahead, aside, turning = convert_to_velocity(twist)
         return Told(time, ahead, aside, turning * ahead if limits.steers > 0.0 else turning)
 
 
@@ -91,8 +91,8 @@ class Execution:
 
 def with_command(execution: Execution, command: Told, delay: float) -> Execution:
     """What is told from now on; what is too old to be compared is forgotten."""
-    told = tuple(each for each in execution.told if each.time > command.time - 2.0 * WINDOW - delay)
-    return replace(execution, told=(*told, command))
+    recent_commands = tuple(each for each in execution.told if each.time > command.time - 2.0 * WINDOW - delay)
+    return replace(execution, told=(*recent_commands, command))
 
 
 def lidar_error(scenario: Scenario) -> OdometryError:
@@ -113,14 +113,18 @@ def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario:
         return execution
     if not execution.why:
         failure, conflict = not_executed(execution.told, rows, scenario), disagreement(execution.check, scenario)
-        again = bool(failure or conflict) and now < execution.tried + AGAIN
-        lasts = again or bool(failure) and denied(execution.scans)
-        return replace(execution, why=conflict or failure, is_lost=bool(conflict), lasts=lasts)
-    last, told = rows[-1], execution.told[-1][1:] if execution.told else ()
-    if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *told)):
+        must_wait = bool(failure or conflict) and now < execution.tried + AGAIN
+        fault_lasts = must_wait or bool(failure) and denied(execution.scans)
+        return replace(execution, why=conflict or failure, is_lost=bool(conflict), lasts=fault_lasts)
+    last, last_command = rows[-1], execution.told[-1][1:] if execution.told else ()
+    if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *last_command)):
         return replace(execution, stands=math.inf)
-    since = min(execution.stands, now)
-    return Execution((), execution.scans, tried=now) if now > since + REST else replace(execution, stands=since)
+    standing_since = min(execution.stands, now)
+    return (
+        Execution((), execution.scans, tried=now)
+        if now > standing_since + REST
+        else replace(execution, stands=standing_since)
+    )
 
 
 def acknowledged(execution: Execution) -> Execution:
@@ -133,13 +137,13 @@ def changed_share(scans: Sequence[PosedScan]) -> float:
     if not scans:
         return math.nan
     poses, newest = np.array([each.pose for each in scans]), scans[-1].scan
-    left = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
-    oldest = scans[left[-1] + 1 if len(left) else 0].scan
+    left_poses = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
+    oldest = scans[left_poses[-1] + 1 if len(left_poses) else 0].scan
     if len(oldest.ranges) != len(newest.ranges):
         return 1.0
-    known = (np.isfinite(oldest.ranges) | np.isfinite(newest.ranges)) & ~np.isnan(oldest.ranges + newest.ranges)
-    before, after = (np.clip(each.ranges[known], 0.0, each.range_max) for each in (oldest, newest))
-    return float((np.abs(before - after) > CHANGED).mean()) if len(before) >= FEWEST else math.nan
+    is_known = (np.isfinite(oldest.ranges) | np.isfinite(newest.ranges)) & ~np.isnan(oldest.ranges + newest.ranges)
+    ranges_before, ranges_after = (np.clip(each.ranges[is_known], 0.0, each.range_max) for each in (oldest, newest))
+    return float((np.abs(ranges_before - ranges_after) > CHANGED).mean()) if len(ranges_before) >= FEWEST else math.nan
 
 
 def denied(scans: Sequence[PosedScan]) -> bool:
@@ -149,8 +153,8 @@ def denied(scans: Sequence[PosedScan]) -> bool:
 
 def is_carried(execution: Execution) -> bool:
     """Whether most of what a robot sees changed while it was told to stand, and its odometry says that it stood."""
-    stands = bool(execution.told) and not any(any(each[1:]) for each in execution.told)
-    return stands and changed_share(execution.scans) > CARRIED_SHARE
+    is_standing = bool(execution.told) and not any(any(each[1:]) for each in execution.told)
+    return is_standing and changed_share(execution.scans) > CARRIED_SHARE
 
 
 def compared(told: Sequence[Told], rows: Sequence[Odometry], delay: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -161,35 +165,35 @@ def compared(told: Sequence[Told], rows: Sequence[Odometry], delay: float) -> tu
     nothing = np.zeros(3), np.zeros(3), 0.0
     if len(told) < 2 or len(rows) < 2:
         return nothing
-    orders, driven = np.array(told), np.array(rows)
-    times = driven[:, 0]
+    orders, driven_rows = np.array(told), np.array(rows)
+    times = driven_rows[:, 0]
     begin = max(times[-1] - WINDOW, orders[0, 0] + delay, times[0])
-    driven = driven[np.searchsorted(times, begin) :]
-    if len(driven) < 2:
+    driven_rows = driven_rows[np.searchsorted(times, begin) :]
+    if len(driven_rows) < 2:
         return nothing
-    begin, end = driven[0, 0], driven[-1, 0]
+    begin, end = driven_rows[0, 0], driven_rows[-1, 0]
     edges = np.clip(np.append(orders[:, 0], math.inf) + delay, begin, end)
-    asked = (np.diff(edges)[:, None] * orders[:, 1:]).sum(axis=0)
-    step = np.diff(driven[:, 1:4], axis=0)
+    asked_way = (np.diff(edges)[:, None] * orders[:, 1:]).sum(axis=0)
+    step = np.diff(driven_rows[:, 1:4], axis=0)
     turn = np.mod(step[:, 2] + math.pi, 2.0 * math.pi) - math.pi
-    yaw = driven[:-1, 3] + 0.5 * turn
-    ahead = step[:, 0] * np.cos(yaw) + step[:, 1] * np.sin(yaw)
-    aside = step[:, 1] * np.cos(yaw) - step[:, 0] * np.sin(yaw)
-    return asked, np.array((ahead.sum(), aside.sum(), turn.sum())), float(end - begin)
+    yaw = driven_rows[:-1, 3] + 0.5 * turn
+    way_ahead = step[:, 0] * np.cos(yaw) + step[:, 1] * np.sin(yaw)
+    way_aside = step[:, 1] * np.cos(yaw) - step[:, 0] * np.sin(yaw)
+    return asked_way, np.array((way_ahead.sum(), way_aside.sum(), turn.sum())), float(end - begin)
 
 
 def not_executed(told: Sequence[Told], rows: Sequence[Odometry], scenario: Scenario) -> str:
     """What the base, or its odometry, does other than it is told; empty: nothing."""
     drive = scenario.drive
-    asked, driven, time = compared(told, rows, drive.delay)
-    way, off = math.hypot(*asked[:2]), math.hypot(*(driven - asked)[:2])
-    turn, turned = asked[2], driven[2]
-    if off > OFF + drive.error + (OFF_SHARE + drive.slip) * way:
-        done = math.hypot(*driven[:2])
+    asked_way, driven_way, time = compared(told, rows, drive.delay)
+    way, deviation = math.hypot(*asked_way[:2]), math.hypot(*(driven_way - asked_way)[:2])
+    turn, driven_turn = asked_way[2], driven_way[2]
+    if deviation > OFF + drive.error + (OFF_SHARE + drive.slip) * way:
+        done = math.hypot(*driven_way[:2])
         return f"not executed: {done:.2f} m driven by the odometry, {way:.2f} m commanded in {time:.1f} s"
-    slipped = drive.slip * (abs(turn) + way / (LEAST_ARM * scenario.robot.radius))
-    if abs(turned - turn) > TURNED + TURNED_SHARE * abs(turn) + slipped:
-        return f"not executed: {turned:.2f} rad turned by the odometry, {turn:.2f} rad commanded in {time:.1f} s"
+    slipped_way = drive.slip * (abs(turn) + way / (LEAST_ARM * scenario.robot.radius))
+    if abs(driven_turn - turn) > TURNED + TURNED_SHARE * abs(turn) + slipped_way:
+        return f"not executed: {driven_turn:.2f} rad turned by the odometry, {turn:.2f} rad commanded in {time:.1f} s"
     return ""
 
 
@@ -197,13 +201,16 @@ def disagreement(check: OdometryCheck, scenario: Scenario) -> str:
     """How the robot's way by its odometry differs from what the scans show; empty: by no more than is declared."""
     if len(check.steps) < SEEN_STEPS:
         return ""
-    found, localization = check.difference(), scenario.localization
+    difference, localization = check.difference(), scenario.localization
     share = SEEN_SHARE + localization.drift + scenario.drive.slip
-    moved = scenario.obstacles.max_speed * found.time
-    ways = f"{found.seen:.2f} m driven by the scans, {found.driven:.2f} m by the odometry"
-    angles = f"{found.seen_turned:.2f} rad turned by the scans, {found.turned:.2f} rad by the odometry"
-    if found.off > SEEN_OFF * scenario.robot.shape.cover_radius + localization.jump + moved + share * found.driven:
+    obstacle_way = scenario.obstacles.max_speed * difference.time
+    ways = f"{difference.seen:.2f} m driven by the scans, {difference.driven:.2f} m by the odometry"
+    angles = f"{difference.seen_turned:.2f} rad turned by the scans, {difference.turned:.2f} rad by the odometry"
+    if (
+        difference.off
+        > SEEN_OFF * scenario.robot.shape.cover_radius + localization.jump + obstacle_way + share * difference.driven
+    ):
         return f"scans and odometry disagree: {ways}"
-    if found.turned_off > SEEN_TURN + (moved > 0.0) * TURNED + share * found.turned:
+    if difference.turned_off > SEEN_TURN + (obstacle_way > 0.0) * TURNED + share * difference.turned:
         return f"scans and odometry disagree: {angles}"
     return ""

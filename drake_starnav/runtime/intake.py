@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_starnav.errors import StarnavError, counted
-from drake_starnav.geometry.se2 import now_in
+from drake_starnav.geometry.se2 import find_pose_in_frame
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.lidar.outlier_filter import lone_close_hits, lose_beams
+from drake_starnav.lidar.outlier_filter import find_lone_close_hits, lose_beams
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
@@ -177,9 +177,9 @@ def _with_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intak
     last = intake.rows[-1] if intake.rows else None
     if last is not None and row.time <= last.time:
         return intake.without("odometry twice or out of order")
-    if last is not None and not declared.jumps and (far := _jump(last, row, declared.robot)):
+    if last is not None and not declared.jumps and (jump_text := _jump(last, row, declared.robot)):
         fresh = dataclasses.replace(Intake.empty(len(intake.newest)), newest=intake.newest, dropped=intake.dropped)
-        return fresh.without("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=far)
+        return fresh.without("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=jump_text)
     return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
 
 
@@ -189,14 +189,14 @@ def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
         row.time - last.time, OLDEST + robot.max_speed / robot.limits.max_deceleration
     )  # without odometry it brakes
     led = extrapolated(last, last.time + dt) - last[1:4]
-    moved = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
-    share = min(max(float(moved[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
-    off = math.hypot(*(moved - share * led)[:2])
-    turned = abs(moved[2] - min(max(moved[2], min(led[2], 0.0)), max(led[2], 0.0)))
-    if off > JUMP + JUMP_SHARE * robot.max_speed * dt:
-        return f"the pose jumps by {off:.2g} m, and localization.jump is 0"
-    if turned > TURN_JUMP + JUMP_SHARE * robot.max_yaw_rate * dt:
-        return f"the heading jumps by {turned:.2g} rad"
+    driven_step = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
+    share = min(max(float(driven_step[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
+    excess_way = math.hypot(*(driven_step - share * led)[:2])
+    excess_turn = abs(driven_step[2] - min(max(driven_step[2], min(led[2], 0.0)), max(led[2], 0.0)))
+    if excess_way > JUMP + JUMP_SHARE * robot.max_speed * dt:
+        return f"the pose jumps by {excess_way:.2g} m, and localization.jump is 0"
+    if excess_turn > TURN_JUMP + JUMP_SHARE * robot.max_yaw_rate * dt:
+        return f"the heading jumps by {excess_turn:.2g} rad"
     return ""
 
 
@@ -214,19 +214,21 @@ def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared
     if wrong := false_scan(scan, lidar):
         return _refused(intake, k, "false scan", wrong)
     scan = within_range(scan, lidar)
-    close = [] if lidar.outliers else lone_close_hits(scan, declared.bodies[k]).tolist()
+    close = [] if lidar.outliers else find_lone_close_hits(scan, declared.bodies[k]).tolist()
     scan = lose_beams(scan, close)
     for beam in close:
         intake = intake.without(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
-    waiting, came = (*intake.waiting, (k, scan)), with_item(intake.came, k, now)
-    return dataclasses.replace(intake, waiting=waiting, came=came, bad_scans=with_item(intake.bad_scans, k, ""))
+    waiting, arrival_times = (*intake.waiting, (k, scan)), with_item(intake.came, k, now)
+    return dataclasses.replace(
+        intake, waiting=waiting, came=arrival_times, bad_scans=with_item(intake.bad_scans, k, "")
+    )
 
 
 def _refused(intake: Intake, k: Any, kind: str, why: str) -> Intake:
     """The intake without a scan of a lidar, or of none."""
     lidars = range(len(intake.bad_scans))
-    said = tuple(why if each == k or k not in lidars else intake.bad_scans[each] for each in lidars)
-    return intake.without(kind, bad_scans=said)
+    bad_scans = tuple(why if each == k or k not in lidars else intake.bad_scans[each] for each in lidars)
+    return intake.without(kind, bad_scans=bad_scans)
 
 
 def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
@@ -242,8 +244,8 @@ def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
         return f"a scan has range_max {scan.range_max:.3g} m; declared: {lidar.range_max:.3g} m"
     sweep = abs(scan.time_increment) * (len(scan.ranges) - 1)
     if sweep > LONGEST_SWEEP / lidar.rate:
-        taken = f"a scan takes {sweep:.3g} s by its time_increment of {scan.time_increment:.3g} s"
-        return f"{taken}; declared: {1.0 / lidar.rate:.3g} s from scan to scan"
+        sweep_text = f"a scan takes {sweep:.3g} s by its time_increment of {scan.time_increment:.3g} s"
+        return f"{sweep_text}; declared: {1.0 / lidar.rate:.3g} s from scan to scan"
     return ""
 
 
@@ -267,18 +269,18 @@ def extrapolated(row: Odometry, time: float) -> np.ndarray:
     """The pose (x, y, yaw) that follows from one by its twist, m and rad."""
     dt = time - row.time
     half = 0.5 * row.omega * dt  # along the chord of the arc
-    along = complex(row.v, row.aside) * dt * complex(math.cos(row.yaw + half), math.sin(row.yaw + half))
-    return np.array((row.x + along.real, row.y + along.imag, row.yaw + 2.0 * half))
+    way_along = complex(row.v, row.aside) * dt * complex(math.cos(row.yaw + half), math.sin(row.yaw + half))
+    return np.array((row.x + way_along.real, row.y + way_along.imag, row.yaw + 2.0 * half))
 
 
 def pose_at(rows: Sequence[Odometry], time: float, ahead: float) -> np.ndarray | None:
     """The pose (x, y, yaw) at a time, s, interpolated, or extrapolated by `ahead` at most, s; None where unknown."""
     if not rows or not rows[0].time - ahead <= time <= rows[-1].time + ahead:
         return None
-    after = next((k for k, row in enumerate(rows) if row.time >= time), None)
-    if not after:
-        return extrapolated(rows[-1] if after is None else rows[0], time)
-    a, b = rows[after - 1], rows[after]
+    next_row = next((k for k, row in enumerate(rows) if row.time >= time), None)
+    if not next_row:
+        return extrapolated(rows[-1] if next_row is None else rows[0], time)
+    a, b = rows[next_row - 1], rows[next_row]
     share, turn = (time - a.time) / (b.time - a.time), math.remainder(b.yaw - a.yaw, 2.0 * math.pi)
     return np.array((a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * turn))
 
@@ -306,7 +308,7 @@ def next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
         if pose is None:
             intake = intake.without("scan without a pose")
             continue
-        posed, (kind, why) = PosedScan(k, scan, pose), _unbelievable(intake, k, scan, pose)
+        posed_scan, (kind, why) = PosedScan(k, scan, pose), _unbelievable(intake, k, scan, pose)
         if why:
             intake = _refused(intake, k, kind, why)
             continue
@@ -314,7 +316,7 @@ def next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
         if all(each != ranges for each, _ in intake.old[k]):
             old = (*intake.old[k], (ranges, pose))[-OLD_SCANS:]
             intake = dataclasses.replace(intake, old=with_item(intake.old, k, old))
-        return dataclasses.replace(intake, believed=with_item(intake.believed, k, posed)), posed
+        return dataclasses.replace(intake, believed=with_item(intake.believed, k, posed_scan)), posed_scan
     return intake, None
 
 
@@ -323,15 +325,15 @@ def _unbelievable(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> 
     ranges = hash(scan.ranges.tobytes())
     if np.isfinite(scan.ranges).any():
         for each, place in intake.old[k]:
-            forward, aside, turn = now_in(place, pose)
-            moved = max(math.hypot(forward, aside), abs(math.remainder(turn, 2.0 * math.pi)))
-            if each == ranges and moved > FROZEN:
+            forward, way_aside, turn = find_pose_in_frame(place, pose)
+            apparent_way = max(math.hypot(forward, way_aside), abs(math.remainder(turn, 2.0 * math.pi)))
+            if each == ranges and apparent_way > FROZEN:
                 return "frozen scan", "scans are frozen: the robot moves, and they stay the same, or come again"
     last = intake.believed[k]
     if last is None:
         return "", ""
-    left = JUMP + math.dist(last.pose[:2], pose[:2]) + WALKING * scan.scan_time
-    remaining = int(np.count_nonzero(np.isfinite(last.scan.ranges) & (last.scan.ranges < scan.range_max - left)))
+    allowed_way = JUMP + math.dist(last.pose[:2], pose[:2]) + WALKING * scan.scan_time
+    remaining = int(np.count_nonzero(np.isfinite(last.scan.ranges) & (last.scan.ranges < scan.range_max - allowed_way)))
     hits = int(np.count_nonzero(scan.ranges < scan.range_max))
     if remaining >= FEWEST_HITS and hits < HITS_LEFT * remaining:
         return (

@@ -119,17 +119,17 @@ class RunLog:
     def note(self, reading: Any, command: Command, took: float = 0.0) -> None:
         """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
         now, scans, odometry, goal, *reset = reading
-        at, came = _nanoseconds(now), []
+        at, arrivals = _nanoseconds(now), []
         if not self._begun:
             self._begin(at)
         for item in scans:
             k, scan = item if isinstance(item, tuple) else (0, item)
             if not isinstance(scan, LaserScan) or k not in range(len(self._scans)):
-                came.append((-1, 0.0))
+                arrivals.append((-1, 0.0))
                 continue
             message = scan_message(canonical(scan), self._frames[k])
             self._writer.add_message(self._scans[k], at, message, _nanoseconds(scan.time))
-            came.append((k, scan.time))
+            arrivals.append((k, scan.time))
         odometry = list(odometry)
         rows = [_row(each) for each in odometry]
         for each, row in zip(odometry, rows, strict=True):
@@ -140,7 +140,7 @@ class RunLog:
         self._add(TWIST, at, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
             "now": _finite(now),
-            "scans": came,
+            "scans": arrivals,
             "odometry": rows,
             "goal": _row(goal),
             "reset": any(reset),
@@ -153,12 +153,12 @@ class RunLog:
             self._show(at)
 
     def _odometry(self, at: int, row: Odometry) -> None:
-        measured = _nanoseconds(row.time)
-        placed = _transform(measured, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
-        self._add(TF, at, {"transforms": [placed]})
-        pose = {"position": placed["transform"]["translation"], "orientation": placed["transform"]["rotation"]}
+        measured_time = _nanoseconds(row.time)
+        transform = _transform(measured_time, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
+        self._add(TF, at, {"transforms": [transform]})
+        pose = {"position": transform["transform"]["translation"], "orientation": transform["transform"]["rotation"]}
         twist = {"linear": {"x": row.v, "y": row.aside}, "angular": {"z": row.omega}}
-        message = {"header": placed["header"], "child_frame_id": "base_link", "pose": {"pose": pose}}
+        message = {"header": transform["header"], "child_frame_id": "base_link", "pose": {"pose": pose}}
         self._add(ODOM, at, message | {"twist": {"twist": twist}})
 
     def _show(self, at: int) -> None:
@@ -276,11 +276,11 @@ def read_log(path: str | Path) -> Log:
 def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
     """Topic and content of each message, in order; a chunk is expanded alone, and within bounds."""
     mcap = _mcap()
-    records, exceptions, topics, expanded = mcap.records, mcap.exceptions, {}, LARGEST_CHUNK
+    records, exceptions, topics, expanded_size = mcap.records, mcap.exceptions, {}, LARGEST_CHUNK
     with reading(f"log {path}", LOGS):
         if why := no_file(path):
             raise ValueError(why)
-        most = LARGEST_CHUNK + LARGEST_RATIO * path.stat().st_size
+        largest_size = LARGEST_CHUNK + LARGEST_RATIO * path.stat().st_size
         with path.open("rb") as file:
             stream = mcap.stream_reader.StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK)
             try:
@@ -288,8 +288,8 @@ def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
                     inner = [outer]
                     if isinstance(outer, records.Chunk):
                         outer.data, outer.compression = _expand(outer), ""
-                        expanded += len(outer.data)
-                        if expanded > most:
+                        expanded_size += len(outer.data)
+                        if expanded_size > largest_size:
                             raise ValueError(f"it expands to more than {LARGEST_RATIO} times its size")
                         inner = mcap.stream_reader.breakup_chunk(outer)
                     for record in inner:
@@ -331,12 +331,12 @@ def _ticks(messages: Iterator[tuple[str, bytes]], place: str, lidars: int) -> It
 
 def _tick(tick: dict[str, Any], messages: list[bytes], lidars: int) -> Tick:
     """A command with the scans before it; raises anything where it is none."""
-    came = [(int(k), float(time)) for k, time in tick["scans"]]
-    seen = [k for k, _ in came if k >= 0]
-    if len(seen) > len(messages) or any(k >= lidars for k in seen):
+    arrivals = [(int(k), float(time)) for k, time in tick["scans"]]
+    lidar_numbers = [k for k, _ in arrivals if k >= 0]
+    if len(lidar_numbers) > len(messages) or any(k >= lidars for k in lidar_numbers):
         raise ValueError("a command has other scans than were written before it")
     waiting = iter(messages)
-    scans = [None if k < 0 else (k, scan_of(next(waiting), time)) for k, time in came]
+    scans = [None if k < 0 else (k, scan_of(next(waiting), time)) for k, time in arrivals]
     rows = [None if row is None else Odometry(*map(_number, row)) for row in tick["odometry"]]
     goal = None if tick["goal"] is None else tuple(map(_number, tick["goal"]))
     twist = np.array(tick["twist"], float)
@@ -364,8 +364,11 @@ class Replayed(NamedTuple):
         if self.differs is None:
             return f"all {self.ticks} commands are equal to the bit"
         assert self.logged is not None and self.given is not None
-        was, now = self.logged.twist.tolist(), self.given.twist.tolist()
-        return f"command {self.differs} differs: {was} {self.logged.status}, and now {now} {self.given.status}"
+        logged_twist, replayed_twist = self.logged.twist.tolist(), self.given.twist.tolist()
+        return (
+            f"command {self.differs} differs: {logged_twist} {self.logged.status}, and now "
+            f"{replayed_twist} {self.given.status}"
+        )
 
 
 def replay(
@@ -381,10 +384,12 @@ def replay(
     log = read_log(path)
     navigator, count = log.navigator(parts), 0
     for count, tick in enumerate(log.ticks, start=1):
-        given = navigator.step(*tick.inputs)
+        given_output = navigator.step(*tick.inputs)
         if watch is not None:
             watch(navigator, tick)
-        same = given.twist.tobytes() == tick.command.twist.tobytes() and given.status == tick.command.status
+        same = (
+            given_output.twist.tobytes() == tick.command.twist.tobytes() and given_output.status == tick.command.status
+        )
         if not same:
-            return Replayed(count, count - 1, tick.command, given)
+            return Replayed(count, count - 1, tick.command, given_output)
     return Replayed(count)

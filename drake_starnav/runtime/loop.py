@@ -67,10 +67,10 @@ class Driven(NamedTuple):
 
     def __str__(self) -> str:
         p50, p99, worst = (1e3 * each for each in self.step)
-        said = f"{self.end} after {counted(self.ticks, 'command')}, {counted(self.late, 'period')} late; "
-        said += f"a command takes {p50:.1f} ms (p99 {p99:.1f}, longest {worst:.1f})"
-        said += "".join(f"; {count} x {why}" for why, count in self.dropped.items())
-        return said + ("; " + _slow(self.answer, self.declared) if self.answer > self.declared else "")
+        report_text = f"{self.end} after {counted(self.ticks, 'command')}, {counted(self.late, 'period')} late; "
+        report_text += f"a command takes {p50:.1f} ms (p99 {p99:.1f}, longest {worst:.1f})"
+        report_text += "".join(f"; {count} x {why}" for why, count in self.dropped.items())
+        return report_text + ("; " + _slow(self.answer, self.declared) if self.answer > self.declared else "")
 
 
 def drive(
@@ -99,19 +99,19 @@ def drive(
 
     period, took, ticks, late = navigator.actuation.hold, [0.0], 0, 0
     scenario, answers = navigator.scenario, [0.0]
-    declared = scenario.lidar.delay + scenario.drive.delay + period
-    noted = None if log is None else RunLog(Path(log), navigator)
+    declared_delay = scenario.lidar.delay + scenario.drive.delay + period
+    run_log = None if log is None else RunLog(Path(log), navigator)
     navigator.reset()
     gc.collect()
     gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
     end, command = "over", None
     try:
-        with _signals() as stopped, _signals(signal.SIGUSR1) as reset:
+        with _signals() as stop_signal, _signals(signal.SIGUSR1) as reset:
             robot.read()  # what waited while the navigator was built is old
             begin = time.monotonic()
             for tick in _ticks(begin, period, begin + seconds):
                 late += tick - ticks - 1 if ticks else 0
-                ticks, since = tick, time.perf_counter()
+                ticks, start_time = tick, time.perf_counter()
                 reading = Reading(*robot.read())
                 if reading.goal is None:
                     reading = reading._replace(goal=goal)
@@ -120,14 +120,14 @@ def drive(
                     reading = reading._replace(reset=True)
                 command = navigator.step(*reading)
                 robot.drive(command)
-                took.append(time.perf_counter() - since)
+                took.append(time.perf_counter() - start_time)
                 answers += _ages(reading, took[-1])
-                if noted is not None:
-                    noted.note(reading, command, took[-1])
+                if run_log is not None:
+                    run_log.note(reading, command, took[-1])
                 if not quiet and len(took) % max(round(0.5 / period), 1) == 0:
                     answer = float(np.percentile(answers[-MANY:], 99.0))
-                    _say(command, _slow(answer, declared) if answer > declared else "")
-                if stopped.is_set():
+                    _say(command, _slow(answer, declared_delay) if answer > declared_delay else "")
+                if stop_signal.is_set():
                     end = "stopped"
                     break
                 if until_reached and command.status == "reached" and not command.twist.any():
@@ -135,30 +135,30 @@ def drive(
                     break
     finally:
         _ramped(navigator, robot)
-        if noted is not None:
-            noted.close()
+        if run_log is not None:
+            run_log.close()
         gc.unfreeze()
     p50, p99, worst = np.percentile(took[1:] or [0.0], (50.0, 99.0, 100.0)).tolist()
     answer = float(np.percentile(answers, 99.0))
-    return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped), answer, declared)
+    return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped), answer, declared_delay)
 
 
 def _ticks(begin: float, period: float, end: float) -> Iterator[int]:
     """Numbers of the periods, from 1, each when it begins; those that are over are left out."""
     tick = 1
-    while (now := time.monotonic()) < end:
+    while (current_time := time.monotonic()) < end:
         due = begin + (tick - 1) * period
-        if now < due:
-            time.sleep(due - now)
+        if current_time < due:
+            time.sleep(due - current_time)
         else:
-            tick = max(tick, int((now - begin) / period) + 1)
+            tick = max(tick, int((current_time - begin) / period) + 1)
         yield tick
         tick += 1
 
 
 def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
     """Ramp to zero, say so several times, and close; what fails on the way is raised at the end."""
-    failed: BaseException | None = None
+    first_error: BaseException | None = None
     period, zeros, until = navigator.actuation.hold, 0, time.monotonic() + LONGEST_RAMP
     with _signals():
         while zeros < ZEROS and time.monotonic() < until:
@@ -167,38 +167,38 @@ def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
             try:
                 robot.drive(command)
             except Exception as error:
-                failed, zeros = error, zeros + 1
+                first_error, zeros = error, zeros + 1
             time.sleep(period)
         robot.close()
-    if failed is not None and sys.exception() is None:
-        raise failed
+    if first_error is not None and sys.exception() is None:
+        raise first_error
 
 
 @contextlib.contextmanager
 def _signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
     """Signals, or else SIGTERM and SIGINT, only set an event; in the main thread, where alone they come."""
-    asked, before = threading.Event(), {}
+    is_asked, previous_handlers = threading.Event(), {}
     if threading.current_thread() is threading.main_thread():
         for each in numbers or (signal.SIGTERM, signal.SIGINT):
-            before[each] = signal.signal(each, lambda *_: asked.set())
+            previous_handlers[each] = signal.signal(each, lambda *_: is_asked.set())
     try:
-        yield asked
+        yield is_asked
     finally:
-        for each, handler in before.items():
+        for each, handler in previous_handlers.items():
             signal.signal(each, handler)
 
 
 def _ages(reading: Reading, took: float) -> list[float]:
     """How old the scans that came were when the command was sent, s, whatever else came."""
-    came = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
-    scans = (each[-1] if isinstance(each, tuple) and each else each for each in came)
+    arrived_scans = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
+    scans = (each[-1] if isinstance(each, tuple) and each else each for each in arrived_scans)
     ages = [reading.now + took - scan.time for scan in scans if isinstance(scan, LaserScan)]
     return [age for age in ages if math.isfinite(age)]
 
 
 def _slow(answer: float, declared: float) -> str:
-    allowed = f"lidar.delay, drive.delay and a period allow {1e3 * declared:.0f} ms"
-    return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed}"
+    allowed_text = f"lidar.delay, drive.delay and a period allow {1e3 * declared:.0f} ms"
+    return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed_text}"
 
 
 def _say(command: Command, warning: str) -> None:

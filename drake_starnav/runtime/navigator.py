@@ -33,7 +33,7 @@ from drake_starnav.runtime.execution import (
 )
 from drake_starnav.runtime.intake import Declared, Intake, PosedScan
 from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
-from drake_starnav.safety.shield import braking_twist, ramped_twist
+from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.margins import SCAN_PATIENCE
 from drake_starnav.systems.connecting import output_port
@@ -209,13 +209,13 @@ class Navigator:
         if now < self._now - take.CLOCK:  # the clock begins again
             self.intake, self._now, self._latest = take.with_new_clock(self.intake, now), math.nan, now
             self._begin()
-        elapsed, jumped = now - self._now, self.intake.jumped
+        elapsed_time, has_jumped = now - self._now, self.intake.jumped
         self.intake = take.taken(self.intake, now, scans, odometry, self._declared)
         if reset:
             self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
-        if self.intake.jumped > jumped and self._goal is not None:
+        if self.intake.jumped > has_jumped and self._goal is not None:
             self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
-        if math.isnan(elapsed):
+        if math.isnan(elapsed_time):
             self._origin = now - (self._tick + 0.5) * period
         due = math.floor((now - self._origin) / period) + 1
         if due <= self._tick:  # the period has not passed
@@ -223,7 +223,7 @@ class Navigator:
                 return self._braking(f"the clock stands at {now:.3f} s")
             return self._command
         self._now = now
-        self._broken |= due > self._tick + 1 and not math.isnan(elapsed)
+        self._broken |= due > self._tick + 1 and not math.isnan(elapsed_time)
         self._tick = due
         wrong = ""
         try:
@@ -231,7 +231,7 @@ class Navigator:
         except StarnavError as error:
             self._goal, wrong = None, str(error)
         state = take.state_at(self.intake.rows, now)
-        if state is not None and (self._blind or not elapsed < GAP):  # what was done meanwhile is not known
+        if state is not None and (self._blind or not elapsed_time < GAP):  # what was done meanwhile is not known
             self._execution = dataclasses.replace(self._execution, told=())
             self._command = self._command._replace(twist=self._measured())
         self._blind = state is None
@@ -254,31 +254,35 @@ class Navigator:
         """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
         if goal == self._goal:
             return
-        before, self._goal, self._no_goal = self._goal, goal, "the goal is withdrawn"
+        previous_goal, self._goal, self._no_goal = self._goal, goal, "the goal is withdrawn"
         self._reached, self._turning = False, False
         if goal is None and not self._command.twist.any():
             if self._execution.is_lost:
                 self._forget_reason = self._forget_reason or RESET_ASKED
             self._execution = acknowledged(self._execution)
-        if goal is None or before is None or math.dist(goal[:2], before[:2]) > self.scenario.simulation.goal_tolerance:
+        if (
+            goal is None
+            or previous_goal is None
+            or math.dist(goal[:2], previous_goal[:2]) > self.scenario.simulation.goal_tolerance
+        ):
             self._dropped_goal = ""
 
     def _not_seen(self, now: float) -> str:
         """What the lidars lack to drive by; empty: nothing."""
         k = int(np.argmin(self._seen))
-        age, since = now - self._seen[k], now - self.intake.came[k]
+        age, time_since_scan = now - self._seen[k], now - self.intake.came[k]
         if age <= self._expiry:
             return ""
         which = f" of lidar {k}" if len(self._seen) > 1 else ""
         if self.intake.bad_scans[k]:
             return self.intake.bad_scans[k] + (f" ({which.strip()})" if which else "")
-        if math.isinf(since):
+        if math.isinf(time_since_scan):
             return f"no scan{which} yet"
-        if since <= self._expiry and math.isinf(age):
+        if time_since_scan <= self._expiry and math.isinf(age):
             return f"the next scan{which} is awaited, as what was seen is forgotten"
-        if since <= self._expiry:
+        if time_since_scan <= self._expiry:
             return f"scans{which} are late: the newest is {age:.2f} s old; allowed: {self._expiry:.2f} s"
-        return f"no scan{which} for {since:.2f} s"
+        return f"no scan{which} for {time_since_scan:.2f} s"
 
     def _why_not(self, now: float, state: np.ndarray | None, wrong: str) -> str:
         """The first reason for which the robot must not drive; empty: none."""
@@ -294,8 +298,8 @@ class Navigator:
             self._carried = now
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
             self._begin()
-        before, self._execution = self._execution, judged(self._execution, now, rows, self.scenario)
-        if before.is_lost and not self._execution.is_lost:  # and the robot stands
+        previous_execution, self._execution = self._execution, judged(self._execution, now, rows, self.scenario)
+        if previous_execution.is_lost and not self._execution.is_lost:  # and the robot stands
             self._begin()
         if why := self._execution.said or wrong or self._dropped_goal:
             return why
@@ -322,10 +326,10 @@ class Navigator:
             self._fix("goal", np.array(goal[:2]))
             self._fixed = True
         while True:
-            self.intake, posed = take.next_scan(self.intake, now)
-            if posed is None:
+            self.intake, posed_scan = take.next_scan(self.intake, now)
+            if posed_scan is None:
                 break
-            self._process(context, posed)
+            self._process(context, posed_scan)
 
     def _process(self, context: Context, posed: PosedScan) -> None:
         posed = self._without_faulty_beams(posed)
@@ -335,15 +339,15 @@ class Navigator:
         self._seen[posed.lidar] = posed.scan.time
         if posed.lidar == 0:
             self._execution = with_scan(self._execution, posed, self.mounts[0], self.scenario)
-        after = context.Clone()
-        self.diagram.CalcForcedUnrestrictedUpdate(context, after.get_mutable_state())
-        context.SetTimeStateAndParametersFrom(after)
+        next_context = context.Clone()
+        self.diagram.CalcForcedUnrestrictedUpdate(context, next_context.get_mutable_state())
+        context.SetTimeStateAndParametersFrom(next_context)
 
     def _without_faulty_beams(self, posed: PosedScan) -> PosedScan:
         """The scan without what faulty beams alone hit; once a beam is found to be one, what was seen is forgotten."""
-        k, before = posed.lidar, self._beams[posed.lidar]
-        self._beams[k], scan = before.after(posed.scan, posed.pose, self.mounts[k])
-        for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(before.faulty)):
+        k, previous_beams = posed.lidar, self._beams[posed.lidar]
+        self._beams[k], scan = previous_beams.after(posed.scan, posed.pose, self.mounts[k])
+        for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(previous_beams.faulty)):
             which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
             self.intake = self.intake.without(f"hits of {which} alone, wherever the robot turned")
             self._forget_reason = (
@@ -357,29 +361,34 @@ class Navigator:
         self._simulator.AdvancePendingEvents()
         twist = self.value(self._twist_port).copy()
         certificate, status = self.navigation.certificate, self.navigation.planned("status")
-        certified = certificate is not None and self.value(certificate).certified
-        said = PlannerStatus.EXPLORING if status is None else self.value(status)
-        blocked = self.navigation.planned("blocked_by")
-        why = "" if blocked is None else self.value(blocked)
+        is_certified = certificate is not None and self.value(certificate).certified
+        planner_status = PlannerStatus.EXPLORING if status is None else self.value(status)
+        blocked_port = self.navigation.planned("blocked_by")
+        why = "" if blocked_port is None else self.value(blocked_port)
         self._simulator.AdvanceTo(max((self._tick + 1) * self.actuation.hold, context.get_time()))
-        if said is PlannerStatus.UNREACHABLE:
-            return twist, certified, "unreachable", "no way to the goal is left"
-        return twist, certified, "blocked" if said is PlannerStatus.BLOCKED else "driving", why
+        if planner_status is PlannerStatus.UNREACHABLE:
+            return twist, is_certified, "unreachable", "no way to the goal is left"
+        return twist, is_certified, "blocked" if planner_status is PlannerStatus.BLOCKED else "driving", why
 
     def _braking(self, why: str) -> Command:
         """The ramp to zero that the last certified motion ends with."""
         twist = self._command.twist
-        target = braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
-        after = ramped_twist(twist, target, self.actuation)
-        stands = not after[:-1].any() and (self.actuation.limits.steers > 0.0 or not after[-1])
-        return Command(np.zeros(len(after)) if stands else after, False, "standing" if stands else "braking", why)
+        target = make_braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
+        next_twist = ramp_twist(twist, target, self.actuation)
+        is_standing = not next_twist[:-1].any() and (self.actuation.limits.steers > 0.0 or not next_twist[-1])
+        return Command(
+            np.zeros(len(next_twist)) if is_standing else next_twist,
+            False,
+            "standing" if is_standing else "braking",
+            why,
+        )
 
     def _drive(self, command: Command) -> None:
         """Keep what is driven: it is what the next command is ramped from, and what the base is held to."""
         self._command = command
         if math.isfinite(self._now):
-            told = Told.of(self._now, command.twist, self.actuation.limits)
-            self._execution = with_command(self._execution, told, self.scenario.drive.delay)
+            told_command = Told.of(self._now, command.twist, self.actuation.limits)
+            self._execution = with_command(self._execution, told_command, self.scenario.drive.delay)
         self._set_twist(self._simulator.get_mutable_context(), command.twist)
 
     def _set_twist(self, context: Context, twist: np.ndarray) -> None:
@@ -393,7 +402,7 @@ class Navigator:
         twist = np.array((last.v, last.aside, last.omega) if len(self._command.twist) == 3 else (last.v, last.omega))
         if limits.steers > 0.0:
             twist[1] = last.omega / last.v if abs(last.v) > STANDS else self._command.twist[1]
-        return self.actuation.base.saturated(twist, limits)
+        return self.actuation.base.saturate(twist, limits)
 
     def _fix(self, name: str, value: Any) -> None:
         self.diagram.GetInputPort(name).FixValue(self._simulator.get_mutable_context(), value)

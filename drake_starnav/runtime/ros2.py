@@ -78,8 +78,8 @@ class Ros2:
         scans = [self.scan] if isinstance(self.scan, str) else list(self.scan)
         self._lidars = self.scenario.all_lidars
         if len(scans) != len(self._lidars):
-            said = counted(len(scans), "topic")
-            raise StarnavError(f"scan names {said}; allowed: {len(self._lidars)}, one of each lidar")
+            count_text = counted(len(scans), "topic")
+            raise StarnavError(f"scan names {count_text}; allowed: {len(self._lidars)}, one of each lidar")
         self._ros = middleware(self.domain, self.interface)
         self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scans}
         self._odometry, self._goals = self._subscribe(self.odom, ODOMETRY), self._subscribe(self.goal, POSE)
@@ -128,11 +128,11 @@ class Ros2:
         return self._not_heard() or self._not_mounted()
 
     def _not_offered(self, topic: str, kind: str) -> str:
-        found = self._ros.endpoints(topic, True)
-        kinds = sorted({each.kind for each in found})
+        publishers = self._ros.endpoints(topic, True)
+        kinds = sorted({each.kind for each in publishers})
         if not kinds:
-            seen = ", ".join(self._ros.topics()) or "nothing"
-            return f"nobody publishes {topic}; published is {seen}"
+            topics_text = ", ".join(self._ros.topics()) or "nothing"
+            return f"nobody publishes {topic}; published is {topics_text}"
         if kinds != [kind]:
             return f"{topic} is published as {' and as '.join(kinds)}; allowed: {kind}"
         return "" if topic in self._first else f"{topic} is published, but no message arrives"
@@ -149,13 +149,13 @@ class Ros2:
         topic = self.absolute(self.cmd_vel)
         if self._ros.endpoints(topic, True):
             return f"another node publishes {topic}; allowed: none, as the certificate holds only for its own commands"
-        found = self._ros.endpoints(topic, False)
-        kinds = sorted({each.kind for each in found})
+        subscribers = self._ros.endpoints(topic, False)
+        kinds = sorted({each.kind for each in subscribers})
         if not kinds:
             return f"nobody listens to {topic}"
         if kinds not in ([TWIST], [STAMPED]):
             return f"{topic} is listened to as {' and as '.join(kinds)}; allowed: {TWIST}, or {STAMPED}"
-        if any(each.latched for each in found):
+        if any(each.latched for each in subscribers):
             return f"{topic} is listened to with durability transient local; allowed: volatile, as an old twist is none"
         return ""
 
@@ -253,9 +253,9 @@ def odometry_of(message: Any) -> Odometry:
 
 def goal_of(message: Any, frame: str) -> Any:
     """(x, y) or (x, y, yaw) of a goal in a frame; a text that says what it is if it is in another."""
-    asked, p, q = message.header.frame_id, message.pose.position, message.pose.orientation
-    if frame_name(asked) != frame_name(frame):
-        return f"in frame {asked}, and odometry in {frame}"
+    goal_frame, p, q = message.header.frame_id, message.pose.position, message.pose.orientation
+    if frame_name(goal_frame) != frame_name(frame):
+        return f"in frame {goal_frame}, and odometry in {frame}"
     return (p.x, p.y, yaw_of(q)) if any((q.x, q.y, q.z, q.w)) else (p.x, p.y)
 
 

@@ -87,9 +87,9 @@ class Base:
 
     def drive(self, twist: Sequence[float]) -> None:
         """Send it at once."""
-        make, (*along, turning) = self._ros.types, twist
-        turning *= along[0] if self._steers else 1.0
-        x, y = (*along, 0.0)[:2]
+        make, (*translation, turning) = self._ros.types, twist
+        turning *= translation[0] if self._steers else 1.0
+        x, y = (*translation, 0.0)[:2]
         message = make.Twist(linear=make.Vector3(x=float(x), y=float(y)), angular=make.Vector3(z=float(turning)))
         if self._stamped:
             message = make.TwistStamped(header=header(make, time.time(), self._frame), twist=message)

@@ -33,8 +33,8 @@ def configuration(interface: str) -> str:
     general = f"<Interfaces><NetworkInterface name={quoteattr(interface)}/></Interfaces>" if interface else ""
     general += "<AllowMulticast>false</AllowMulticast>" if local else ""
     peers = [each for each in os.environ.get("ROS_STATIC_PEERS", "").split(";") if each] + ["127.0.0.1"] * local
-    listed = "".join(f"<Peer address={quoteattr(each)}/>" for each in peers)
-    finding = f"<ParticipantIndex>auto</ParticipantIndex><Peers>{listed}</Peers>" if peers else ""
+    peer_list = "".join(f"<Peer address={quoteattr(each)}/>" for each in peers)
+    finding = f"<ParticipantIndex>auto</ParticipantIndex><Peers>{peer_list}</Peers>" if peers else ""
     own = (
         "<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
         f"<General>{general}</General><Discovery>{finding}<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery>"
@@ -83,10 +83,12 @@ class Cyclone:
         reader = DataReader(
             self._participant, self._topic(topic, kind), Qos(reliability, durability, Policy.History.KeepLast(depth))
         )
-        made = getattr(self.types, kind.partition("/")[2])
+        message_type = getattr(self.types, kind.partition("/")[2])
 
         def taken() -> list[Any]:
-            return [each for each in reader.take(depth) if isinstance(each, made)]  # others say that a writer left
+            return [
+                each for each in reader.take(depth) if isinstance(each, message_type)
+            ]  # others say that a writer left
 
         return taken
 
@@ -107,12 +109,12 @@ class Cyclone:
                 yield each
 
     def endpoints(self, topic: str, publishers: bool) -> list[Endpoint]:
-        found = []
+        found_endpoints = []
         for each in self._others(publishers):
             if each.topic_name == f"rt{topic}":
-                latched = each.qos[Policy.Durability] != Policy.Durability.Volatile
-                found.append(Endpoint(topic, ros_name(each.type_name), latched))
-        return found
+                is_latched = each.qos[Policy.Durability] != Policy.Durability.Volatile
+                found_endpoints.append(Endpoint(topic, ros_name(each.type_name), is_latched))
+        return found_endpoints
 
     def topics(self) -> list[str]:
         return sorted({each.topic_name.removeprefix("rt") for each in self._others(True)})

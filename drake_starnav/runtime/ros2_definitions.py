@@ -48,8 +48,8 @@ RULE = f"\n{80 * '='}\n"
 def fields_of(kind: str) -> Iterator[tuple[str, str, str, str]]:
     """Yield the type, without brackets, the brackets, their content and the name of each field of a message."""
     for field in FIELDS[kind].split(", "):
-        written, name = field.split()
-        base, bracket, count = written.rstrip("]").partition("[")
+        type_text, name = field.split()
+        base, bracket, count = type_text.rstrip("]").partition("[")
         yield FULL_NAMES.get(base, base), bracket, count, name
 
 
@@ -79,11 +79,11 @@ def _append(data: bytearray, kind: str, value: Any) -> None:
         data += text
     else:
         for base, bracket, count, name in fields_of(kind):
-            given = (value or {}).get(name)
+            given_value = (value or {}).get(name)
             if bracket:
-                _append_array(data, base, count, () if given is None else given)
+                _append_array(data, base, count, () if given_value is None else given_value)
             else:
-                _append(data, base, given)
+                _append(data, base, given_value)
 
 
 def _append_array(data: bytearray, base: str, count: str, values: Sequence[Any]) -> None:

@@ -23,8 +23,8 @@ def dds_name(kind: str) -> str:
 
 def ros_name(name: str) -> str:
     """The type that DDS has a name for; the name itself if it is no message of ROS."""
-    found = re.fullmatch(r"(\w+)::msg::dds_::(\w+)_", name)
-    return "/".join(found.groups()) if found else name
+    match = re.fullmatch(r"(\w+)::msg::dds_::(\w+)_", name)
+    return "/".join(match.groups()) if match else name
 
 
 class Messages:
@@ -34,8 +34,8 @@ class Messages:
         for kind, definition in FIELDS.items():
             fields = [self._field(*each.split()) for each in definition.split(", ")]
             name = kind.partition("/")[2]
-            made = new_class(name, (IdlStruct,), {"typename": dds_name(kind)}, partial(_declare, fields))
-            setattr(self, name, dataclasses.dataclass(made))
+            message_class = new_class(name, (IdlStruct,), {"typename": dds_name(kind)}, partial(_declare, fields))
+            setattr(self, name, dataclasses.dataclass(message_class))
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"no message {name}; allowed: {', '.join(FIELDS)}")
@@ -45,8 +45,8 @@ class Messages:
         base, _, count = kind.rstrip("]").partition("[")
         each, value = PLAIN[base] if base in PLAIN else (getattr(self, base), None)
         if kind != base:
-            made = types.array[each, int(count)] if count else types.sequence[each]
-            return name, made, dataclasses.field(default_factory=lambda: int(count or 0) * [value])
+            field_type = types.array[each, int(count)] if count else types.sequence[each]
+            return name, field_type, dataclasses.field(default_factory=lambda: int(count or 0) * [value])
         return name, each, dataclasses.field(default_factory=each) if value is None else 1.0 if name == "w" else value
 
 

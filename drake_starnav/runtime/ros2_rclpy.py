@@ -21,14 +21,14 @@ PACKAGES = (
 
 def message_types() -> Any:
     """The classes of messages by name, of the packages that are installed."""
-    found: dict[str, Any] = {}
+    found_types: dict[str, Any] = {}
     for package in PACKAGES:
         try:
             module = importlib.import_module(f"{package}.msg")
         except ImportError:
             continue
-        found |= {name: kind for name, kind in vars(module).items() if isinstance(kind, type)}
-    return types.SimpleNamespace(**found)
+        found_types |= {name: kind for name, kind in vars(module).items() if isinstance(kind, type)}
+    return types.SimpleNamespace(**found_types)
 
 
 class Rclpy:
@@ -47,20 +47,23 @@ class Rclpy:
         )
 
     def subscribe(self, topic: str, kind: str, depth: int, latched: bool = False) -> Callable[[], list[Any]]:
-        made = getattr(self.types, kind.partition("/")[2], None)
-        if made is None:  # a package that is not installed: nobody could send one
+        message_type = getattr(self.types, kind.partition("/")[2], None)
+        if message_type is None:  # a package that is not installed: nobody could send one
             return list
         reliability = ReliabilityPolicy.RELIABLE if latched else ReliabilityPolicy.BEST_EFFORT
         durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
         qos = QoSProfile(depth=depth, reliability=reliability, durability=durability)
-        subscription = self._node.create_subscription(made, topic, lambda message: None, qos)
+        subscription = self._node.create_subscription(message_type, topic, lambda message: None, qos)
 
         def taken() -> list[Any]:
-            found: list[Any] = []
+            taken_messages: list[Any] = []
             with subscription.handle:
-                while len(found) < depth and (each := subscription.handle.take_message(made, False)) is not None:
-                    found.append(each[0])
-            return found
+                while (
+                    len(taken_messages) < depth
+                    and (each := subscription.handle.take_message(message_type, False)) is not None
+                ):
+                    taken_messages.append(each[0])
+            return taken_messages
 
         return taken
 

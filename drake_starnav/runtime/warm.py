@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, circle_rows, segment_rows
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
-from drake_starnav.robot.motion import Pose, advanced, roll_out, velocity_of
+from drake_starnav.robot.motion import Pose, advance_pose, convert_to_velocity, roll_out
 from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.scan_averaging import mean_scan
-from drake_starnav.surroundings.star_region import clear_region, scan_region
+from drake_starnav.surroundings.scan_averaging import average_scans
+from drake_starnav.surroundings.star_region import clear_region, make_scan_region
 from drake_starnav.systems.twist_shield import Unshielded
 
 if TYPE_CHECKING:
@@ -50,27 +50,36 @@ def warm_up(navigator: "Navigator") -> None:
     act, lidars, mounts = navigator.actuation, navigator.scenario.all_lidars, navigator.mounts
     unit = 4.0 * navigator.scenario.robot.radius
     moving = navigator.scenario.obstacles.max_speed
-    pose, twist, taken = np.zeros(3), np.zeros(len(act.base.components)), 0
+    pose, twist, step_count = np.zeros(3), np.zeros(len(act.base.components)), 0
     for k in range(len(GOALS) * STEPS):
-        now = (k + 1) * act.hold
+        current_time = (k + 1) * act.hold
         goal_x, goal_y, *heading = GOALS[k // STEPS]
         goal = unit * goal_x, unit * goal_y, *heading
         scans = []
-        while taken / lidars[0].rate <= now:
-            aside = np.array([(unit * 3.5 - moving * now, -unit, 0.2)]) if moving > 0.0 else np.zeros((0, 3))
-            rows = np.vstack((circle_rows(np.vstack((unit * POSTS, aside))), segment_rows(unit * WALLS)))
+        while step_count / lidars[0].rate <= current_time:
+            disc_aside = (
+                np.array([(unit * 3.5 - moving * current_time, -unit, 0.2)]) if moving > 0.0 else np.zeros((0, 3))
+            )
+            rows = np.vstack((make_circle_rows(np.vstack((unit * POSTS, disc_aside))), make_segment_rows(unit * WALLS)))
             for number, (lidar, mount) in enumerate(zip(lidars, mounts, strict=True)):
-                scans.append((number, _scan(rows, pose, lidar, mount, now, taken % LOST == LOST - 1)))
-            taken += 1
-        told, (x, y, yaw) = Told.of(now, twist, act.limits), pose.tolist()
-        command = navigator.step(now, scans, [Odometry(now, x, y, yaw, told.ahead, told.turning, told.aside)], goal)
+                scans.append((number, _scan(rows, pose, lidar, mount, current_time, step_count % LOST == LOST - 1)))
+            step_count += 1
+        told_command, (x, y, yaw) = Told.of(current_time, twist, act.limits), pose.tolist()
+        command = navigator.step(
+            current_time,
+            scans,
+            [Odometry(current_time, x, y, yaw, told_command.ahead, told_command.turning, told_command.aside)],
+            goal,
+        )
         if scans:
             _ask_of_fast_motions(navigator, pose)
-        moved, _, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(command.twist), act.hold, act.limits)
-        pose, twist = np.array(moved), command.twist
-    seen = Observation(None, _scan(rows, pose, lidars[0], mounts[0], now, False), pose)
-    mean_scan((seen, seen), math.inf)  # asked only where hits seem to close the way
-    _revise_roadmap(navigator, seen)
+        next_pose, _, _ = advance_pose(
+            Pose(*pose), convert_to_velocity(twist), convert_to_velocity(command.twist), act.hold, act.limits
+        )
+        pose, twist = np.array(next_pose), command.twist
+    observation = Observation(None, _scan(rows, pose, lidars[0], mounts[0], current_time, False), pose)
+    average_scans((observation, observation), math.inf)  # asked only where hits seem to close the way
+    _revise_roadmap(navigator, observation)
     load_uncalled()
 
 
@@ -79,10 +88,10 @@ def _ask_of_fast_motions(navigator: "Navigator", pose: np.ndarray) -> None:
     shield = navigator.navigation.shield
     if not isinstance(shield, Unshielded):
         return
-    asked = shield.certificates(shield.GetMyContextFromRoot(navigator.context), pose[:2])
-    if asked is not None:
-        certificates, act = asked
-        fast = act.base.saturated(np.full(len(act.base.components), FAST), act.limits)
+    answer = shield.certificates(shield.GetMyContextFromRoot(navigator.context), pose[:2])
+    if answer is not None:
+        certificates, act = answer
+        fast = act.base.saturate(np.full(len(act.base.components), FAST), act.limits)
         for twist in (fast, -fast):
             motion = roll_out(pose, twist, twist, act)
             for each in certificates:
@@ -93,7 +102,7 @@ def _revise_roadmap(navigator: "Navigator", seen: Observation) -> None:
     """Drop one region of a roadmap and cut back another, as where scans contradict them: few drives do."""
     radius, planner = navigator.scenario.robot.radius, navigator.scenario.planner
     margins = derive_margins(navigator.scenario, navigator.mounts)
-    region = scan_region(seen.scan, seen.pose, radius, margins)
+    region = make_scan_region(seen.scan, seen.pose, radius, margins)
     node, roadmap = dataclasses.replace(seen, region=region), StarRoadmap.empty(planner, radius)
     for _ in range(2):
         roadmap = add_node(roadmap, node, margins, radius)
@@ -115,7 +124,7 @@ def _scan(
     """What a lidar sees of shapes, with a little noise."""
     view = mount.view(lidar.field_of_view)
     ranges = np.full(view.beams, math.inf)
-    place = composed(pose, (mount.x, mount.y, 0.0))
+    place = compose_poses(pose, (mount.x, mount.y, 0.0))
     cast_groups(tuple(Shapes.of([rows])), np.array([place]), tuple(Fan.regular(*view)), ranges, lidar.range_max)
     ranges += 0.001 * np.sin(np.arange(view.beams) * (1.0 + now))
     ranges[(ranges >= lidar.range_max)] = math.inf

@@ -16,7 +16,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from drake_starnav.utils.imported import imported
+from drake_starnav.utils.imported import import_extra
 
 DEADLINE, PERIOD = 0.1, 0.02
 """s"""
@@ -95,9 +95,9 @@ def watch(base: Any, ramp: Ramp, lines: Any = None) -> None:
         if open_ and select.select([stream], [], [], max(wait, 0.0))[0]:
             data = stream.read(65536)
             open_ = bool(data)
-            *whole, rest = (rest + data).split(b"\n")
-            if whole:
-                twist, heard, zeros = json.loads(whole[-1]), time.monotonic(), 0
+            *whole_lines, rest = (rest + data).split(b"\n")
+            if whole_lines:
+                twist, heard, zeros = json.loads(whole_lines[-1]), time.monotonic(), 0
                 base.drive(twist)
             continue
         if twist and zeros < ZEROS:
@@ -123,7 +123,7 @@ def main(arguments: Sequence[str]) -> int:
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     base, settings, ramp = arguments
-    watch(imported("base", base)(**json.loads(settings)), Ramp(*json.loads(ramp)))
+    watch(import_extra("base", base)(**json.loads(settings)), Ramp(*json.loads(ramp)))
     return 0
 
 

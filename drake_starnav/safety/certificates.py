@@ -23,7 +23,7 @@ class Certificate(Protocol):
         """Return whether the robot may move like this."""
 
 
-def accepted(motion: Motion, certificates: Iterable[Certificate]) -> bool:
+def all_accept(motion: Motion, certificates: Iterable[Certificate]) -> bool:
     """Return whether the wheels grip on a motion and all certificates accept it."""
     if not motion.grips:
         return False
@@ -33,7 +33,7 @@ def accepted(motion: Motion, certificates: Iterable[Certificate]) -> bool:
     return True
 
 
-def standard_certificates(
+def make_standard_certificates(
     surroundings: Surroundings,
     margin: float,
     actuation: Actuation,

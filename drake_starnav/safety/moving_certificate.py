@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, put
-from drake_starnav.geometry.footprint import fastest_point, gap_to_disc
+from drake_starnav.geometry.footprint import find_top_speed, gap_to_disc
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -56,7 +56,7 @@ class MovingCertificate(NamedTuple):
     """Accepts motions during which no moving obstacle can touch the robot while any point of it moves.
 
     Attributes:
-        discs: shape (n, 6), as from `reachable_discs`.
+        discs: shape (n, 6), as from `find_reachable_discs`.
         distance: that the footprint keeps from them, m.
         age: time since the scan that they are of, s.
         escape: how much less than that distance is enough where standing would keep no more, m.
@@ -77,7 +77,7 @@ class MovingCertificate(NamedTuple):
         longest = age + actuation.delay + actuation.hold + braking
         margin, escape = MOVING_MARGIN * footprint.cover_radius, ESCAPE * footprint.cover_radius
         reach = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
-        discs = reachable_discs(tracks, obstacles, position, reach)
+        discs = find_reachable_discs(tracks, obstacles, position, reach)
         return MovingCertificate(discs, margin, age, escape)
 
     def accepts(self, motion: Motion) -> bool:
@@ -85,7 +85,7 @@ class MovingCertificate(NamedTuple):
         return _stays_clear(motion.samples, motion.braking, self, motion.footprint.body)
 
 
-def reachable_discs(
+def find_reachable_discs(
     tracks: Tracks, parameters: DynamicObstacleParameters, position: np.ndarray = ANYWHERE, reach: float = np.inf
 ) -> np.ndarray:
     """Return the `emergence_discs` that a braking robot must keep clear of, (n, 6), at the time of the tracks.
@@ -99,12 +99,14 @@ def reachable_discs(
     """
     declared_limits = float(parameters.caution), float(parameters.max_speed), float(parameters.stopping_distance)
     robot_reach = float(position[0]), float(position[1]), float(reach)
-    return _reachable(*tracks.emergence_discs, tracks.is_trusted, tracks.velocity, declared_limits, robot_reach)
+    return _find_reachable_discs(
+        *tracks.emergence_discs, tracks.is_trusted, tracks.velocity, declared_limits, robot_reach
+    )
 
 
 @kernel
-def _reachable(places, hit_track, is_trusted, velocity, declared_limits, robot_reach):
-    """Return the loop of `reachable_discs`; discs of tracks that are trusted come last."""
+def _find_reachable_discs(places, hit_track, is_trusted, velocity, declared_limits, robot_reach):
+    """Return the loop of `find_reachable_discs`; discs of tracks that are trusted come last."""
     (caution, max_speed, stopping), (x, y, reach) = declared_limits, robot_reach
     discs, n, trusted_share = np.empty((len(places), 6)), 0, 1.0 - caution
     for is_trusted_disc in (False, True):
@@ -121,7 +123,7 @@ def _reachable(places, hit_track, is_trusted, velocity, declared_limits, robot_r
 
 
 @kernel
-def _clearance(sample, moving, time, body):
+def _measure_clearance(sample, moving, time, body):
     """Return the least distance of a robot at a sample to where discs may have come at a time, less what it needs."""
     least, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
     for disc in moving.discs:
@@ -140,20 +142,22 @@ def _stays_clear(samples, braking, moving, body):
     fastest = spare = 0.0
     for disc in moving.discs:
         fastest = max(fastest, math.hypot(disc[VX], disc[VY]) + disc[GROWTH])
-    before = fastest_point(samples[0, 3], samples[0, 4], body.lever)
+    speed_before = find_top_speed(samples[0, 3], samples[0, 4], body.lever)
     for k in range(1, len(samples)):
-        last, now = samples[k - 1], samples[k]
-        spare -= math.hypot(now[0] - last[0], now[1] - last[1]) + body.lever * abs(now[2] - last[2])
-        spare -= fastest * (now[5] - last[5])
-        moves = fastest_point(now[3], now[4], body.lever)
+        last_sample, current_sample = samples[k - 1], samples[k]
+        spare -= math.hypot(current_sample[0] - last_sample[0], current_sample[1] - last_sample[1]) + body.lever * abs(
+            current_sample[2] - last_sample[2]
+        )
+        spare -= fastest * (current_sample[5] - last_sample[5])
+        top_speed = find_top_speed(current_sample[3], current_sample[4], body.lever)
         if spare <= 0.0:
-            time = moving.age + now[5]
-            spare = _clearance(now, moving, time, body)
-            if spare < 0.0 and max(moves, before) >= STANDING_SPEED:
-                stood = _clearance(samples[0], moving, time, body)
-                if spare < max(stood, -moving.escape):
+            time = moving.age + current_sample[5]
+            spare = _measure_clearance(current_sample, moving, time, body)
+            if spare < 0.0 and max(top_speed, speed_before) >= STANDING_SPEED:
+                standing_clearance = _measure_clearance(samples[0], moving, time, body)
+                if spare < max(standing_clearance, -moving.escape):
                     return False
-        if k >= braking and moves < STANDING_SPEED:
+        if k >= braking and top_speed < STANDING_SPEED:
             return True
-        before = moves
+        speed_before = top_speed
     return True

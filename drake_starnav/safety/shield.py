@@ -10,12 +10,12 @@ from drake_starnav.robot import Limits
 from drake_starnav.robot.motion import (
     SAMPLES,
     Actuation,
-    ramped_velocity,
+    convert_to_velocity,
+    ramp_velocity,
     roll_out,
     sample,
-    velocity_of,
 )
-from drake_starnav.safety.certificates import Certificate, accepted
+from drake_starnav.safety.certificates import Certificate, all_accept
 from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear, star_covers
 
 
@@ -26,36 +26,38 @@ def shield_twist(
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
 ) -> tuple[np.ndarray, bool]:
-    """Return what is driven next: the twist, ramped towards `certified_twist`, and whether any motion was certified.
+    """Return what is driven next: the twist, ramped towards `find_certified_twist`, and whether any was certified.
 
     Where it is enough that a star accepts what is desired, and it does, this is one compiled call. Arguments as of
-    `certified_twist`.
+    `find_certified_twist`.
     """
-    asked = certificates[0] if len(certificates) == 1 else None
-    star = asked.sufficient_star if isinstance(asked, Clear) else None
+    only_certificate = certificates[0] if len(certificates) == 1 else None
+    star = only_certificate.sufficient_star if isinstance(only_certificate, Clear) else None
     if star is not None:
-        driven, places = np.empty(len(twist)), actuation.footprint.cover
-        if _drives(pose, twist, desired, actuation.numbers, star, places, driven):
-            return driven, True
-    target, certified = certified_twist(pose, twist, desired, certificates, actuation)
-    return ramped_twist(twist, target, actuation), certified
+        driven_twist, places = np.empty(len(twist)), actuation.footprint.cover
+        if _can_drive(pose, twist, desired, actuation.numbers, star, places, driven_twist):
+            return driven_twist, True
+    target, is_certified = find_certified_twist(pose, twist, desired, certificates, actuation)
+    return ramp_twist(twist, target, actuation), is_certified
 
 
 @kernel
-def _drives(pose, twist, target, numbers, star, places, driven):
-    """Return whether a star covers the motion to a target, and wheels grip; then write the twist after to `driven`."""
+def _can_drive(pose, twist, target, numbers, star, places, driven_twist):
+    """Return whether a star covers the motion to a target, and wheels grip; then write the `driven_twist` after it."""
     samples = np.empty((SAMPLES, 6))
-    count, _, _, grips = sample(pose, twist, target, numbers, samples)
-    if count > SAMPLES or not grips or not star_covers(star, samples[:count], places):
+    count, _, _, within_grip = sample(pose, twist, target, numbers, samples)
+    if count > SAMPLES or not within_grip or not star_covers(star, samples[:count], places):
         return False
-    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), numbers[1], Limits(*numbers[4:]))
-    driven[0], driven[-1] = after.ahead, after.turning
-    if len(driven) == 3:
-        driven[1] = after.aside
+    next_velocity, _ = ramp_velocity(
+        convert_to_velocity(twist), convert_to_velocity(target), numbers[1], Limits(*numbers[4:])
+    )
+    driven_twist[0], driven_twist[-1] = next_velocity.ahead, next_velocity.turning
+    if len(driven_twist) == 3:
+        driven_twist[1] = next_velocity.aside
     return True
 
 
-def certified_twist(
+def find_certified_twist(
     pose: np.ndarray,
     twist: np.ndarray,
     desired: np.ndarray,
@@ -76,13 +78,13 @@ def certified_twist(
     """
     base, limits = actuation.base, actuation.limits
     for target in base.proposals(desired, limits):
-        if accepted(roll_out(pose, twist, target, actuation), certificates):
+        if all_accept(roll_out(pose, twist, target, actuation), certificates):
             return target, True
-    return braking_twist(twist, desired, limits, actuation.footprint.is_disc), False
+    return make_braking_twist(twist, desired, limits, actuation.footprint.is_disc), False
 
 
 @register_jitable
-def braking_twist(twist, desired, limits, is_disc):
+def make_braking_twist(twist, desired, limits, is_disc):
     """Return the twist that brakes: a car keeps its curvature; a disc that stands may turn: it covers no new ground."""
     squared, target = 0.0, np.zeros(len(twist))
     for speed in twist[:-1]:
@@ -94,7 +96,7 @@ def braking_twist(twist, desired, limits, is_disc):
     return target
 
 
-def ramped_twist(
+def ramp_twist(
     twist: Sequence[float] | np.ndarray, target: Sequence[float] | np.ndarray, actuation: Actuation
 ) -> np.ndarray:
     """Return the twist after one period of approaching a target within the robot's accelerations.
@@ -104,5 +106,7 @@ def ramped_twist(
         target: within the robot's speeds.
         actuation: what commands do.
     """
-    after, _ = ramped_velocity(velocity_of(twist), velocity_of(target), actuation.hold, actuation.limits)
-    return np.array(after if len(twist) > 2 else (after.ahead, after.turning))
+    next_velocity, _ = ramp_velocity(
+        convert_to_velocity(twist), convert_to_velocity(target), actuation.hold, actuation.limits
+    )
+    return np.array(next_velocity if len(twist) > 2 else (next_velocity.ahead, next_velocity.turning))

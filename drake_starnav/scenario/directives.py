@@ -35,8 +35,8 @@ def move_directives(sections: dict[str, Any], place: str) -> None:
 
 
 def _misplaced(place: str, beside: str) -> StarnavError:
-    allowed = "beside world: !Model {start: [x, y, yaw], goal: [x, y]}"
-    return StarnavError(f"directives in {place} beside {beside}; allowed: {allowed}")
+    allowed_text = "beside world: !Model {start: [x, y, yaw], goal: [x, y]}"
+    return StarnavError(f"directives in {place} beside {beside}; allowed: {allowed_text}")
 
 
 def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
@@ -65,14 +65,14 @@ def with_absolute_files(directives: Any, folder: Path) -> Any:
             entries = load_yaml(directives, "directives", Loader)["directives"]
         except (StarnavError, TypeError, KeyError):  # Drake says what is wrong
             return directives
-    found = [
+    found_files = [
         entry[kind]
         for entry in (entries if isinstance(entries, list) else [])
         if isinstance(entry, dict)
         for kind in ("add_model", "add_directives")
         if isinstance(entry.get(kind), dict)
     ]
-    relative = [part for part in found if isinstance(part.get("file"), str) and "://" not in part["file"]]
+    relative = [part for part in found_files if isinstance(part.get("file"), str) and "://" not in part["file"]]
     for part in relative:
         _make_absolute(part, "directives", "file", folder)
         part["file"] = f"file://{part['file']}"
@@ -99,8 +99,8 @@ def limits_file(model: str) -> Path | None:
     """The file `X.yaml` beside the `X.urdf` or `X.urdf.xacro` of `robot.model`, if there is one."""
     own = model.endswith(MODEL_FILES)
     path = Path(model) if own else model_path("robots", model)
-    beside = path.with_name(f"{path.name.partition('.')[0] if own else path.name}.yaml")
-    return beside if beside.is_file() else None
+    neighbour_file = path.with_name(f"{path.name.partition('.')[0] if own else path.name}.yaml")
+    return neighbour_file if neighbour_file.is_file() else None
 
 
 def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
@@ -117,20 +117,22 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     content = load_yaml(read_text(path, f"{path} beside robot.model"), str(path), Loader)
     if not isinstance(content, dict):
         return {}
-    found: dict[str, Any] = {"lidars": content["lidars"]} if "lidars" in content else {}
+    model_sections: dict[str, Any] = {"lidars": content["lidars"]} if "lidars" in content else {}
     for name in SAID:
         part, own = content.get(name) or {}, sections.get(name)
         if not isinstance(part, dict):
             raise StarnavError(f"{path}: {name} is {shown(part)}; allowed: a mapping, as in a scenario")
-        found[name] = {key: value for key, value in beneath(part, own).items() if key != "model"}
-    return found
+        model_sections[name] = {key: value for key, value in beneath(part, own).items() if key != "model"}
+    return model_sections
 
 
 def beneath(lower: Any, upper: Any) -> dict[str, Any]:
     """What a mapping says beneath another one, or nothing if it is none: no shape, if the upper one says a shape."""
-    says = isinstance(upper, dict) and any(key in upper for key in SHAPE)
+    has_own = isinstance(upper, dict) and any(key in upper for key in SHAPE)
     return {
-        key: value for key, value in (lower if isinstance(lower, dict) else {}).items() if not (says and key in SHAPE)
+        key: value
+        for key, value in (lower if isinstance(lower, dict) else {}).items()
+        if not (has_own and key in SHAPE)
     }
 
 
@@ -142,9 +144,9 @@ def with_one_shape(robot: Any) -> Any:
     """
     if not isinstance(robot, dict):
         return robot
-    kept = {key: value for key, value in robot.items() if key != "footprint" or value != []}
-    if all(key in kept for key in SHAPE):
+    kept_fields = {key: value for key, value in robot.items() if key != "footprint" or value != []}
+    if all(key in kept_fields for key in SHAPE):
         RobotParameters.check_beside(
-            build(RobotParameters, {"footprint": kept["footprint"]}, "robot"), kept.pop("radius")
+            build(RobotParameters, {"footprint": kept_fields["footprint"]}, "robot"), kept_fields.pop("radius")
         )
-    return kept
+    return kept_fields

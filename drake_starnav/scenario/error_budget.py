@@ -171,8 +171,10 @@ _CODES = {name: term.code for name, term in SYMBOLS.items()}, tuple(term.code fo
 def error_budget(scenario: Scenario, mount: Mount = ON_AXIS, lidar: LidarParameters | None = None) -> ErrorBudget:
     """The formulas, evaluated for what a scenario declares, and for one of its lidars; None: for `lidar`."""
     symbols, terms = _CODES
-    known = {"__builtins__": {"max": max, "min": min, "floor": math.floor}, **vars(scenario), "mount": mount}
-    known["lidar"] = lidar or scenario.lidar
+    known_symbols = {"__builtins__": {"max": max, "min": min, "floor": math.floor}, **vars(scenario), "mount": mount}
+    known_symbols["lidar"] = lidar or scenario.lidar
     for name, code in symbols.items():
-        known[name] = eval(code, known)
-    return ErrorBudget({name: known[name] for name in symbols}, tuple(float(eval(code, known)) for code in terms))
+        known_symbols[name] = eval(code, known_symbols)
+    return ErrorBudget(
+        {name: known_symbols[name] for name in symbols}, tuple(float(eval(code, known_symbols)) for code in terms)
+    )

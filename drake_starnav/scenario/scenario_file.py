@@ -19,7 +19,7 @@ from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
 from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names
 from drake_starnav.utils.files import read_text, write_text
-from drake_starnav.utils.imported import imported
+from drake_starnav.utils.imported import import_extra
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
 from drake_starnav.worlds import WORLD_KINDS, Model, is_world_kind
@@ -42,8 +42,8 @@ def scenario_path(name_or_path: str | Path) -> Path:
     if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
         return path
     if name_or_path not in scenario_names():
-        known = [*scenario_names(), "a path to a YAML file"]
-        raise unknown_name(f"scenario {shown(name_or_path)}", "" if path.suffix else name_or_path, known)
+        known_names = [*scenario_names(), "a path to a YAML file"]
+        raise unknown_name(f"scenario {shown(name_or_path)}", "" if path.suffix else name_or_path, known_names)
     return model_path("scenarios", f"{name_or_path}.yaml")
 
 
@@ -93,16 +93,16 @@ def parse_scenario(
         if isinstance(world, Tagged) and world.tag in GIVEN_ENDS:
             sections["world"] = section({"start": list(start or ()), "goal": list(goal), **world}, world.tag)
     scenario = _scenario(sections, name, place, method)
-    shared = [dataclasses.replace(robot, world=scenario.world) for robot in robots]
-    return dataclasses.replace(scenario, robots=tuple(shared)) if robots else scenario
+    shared_robots = [dataclasses.replace(robot, world=scenario.world) for robot in robots]
+    return dataclasses.replace(scenario, robots=tuple(shared_robots)) if robots else scenario
 
 
 def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
     robot = sections["robot"] = directives.with_one_shape(sections.get("robot"))
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
     limits, parts = directives.of_model(model, sections), {}
-    said = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
-    if model.endswith(MODEL_FILES) and not said.keys() & set(directives.SHAPE):
+    robot_section = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
+    if model.endswith(MODEL_FILES) and not robot_section.keys() & set(directives.SHAPE):
         sections["robot"]["radius"] = 0.0  # as of the model
     settings = method_settings(method)
     for key, cls in SECTIONS.items():
@@ -117,15 +117,21 @@ def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> S
 
 def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> list[Scenario]:
     """A scenario for each of the `robots` in the sections of a scenario, which are taken out of them."""
-    listed = sections.pop("robots", None)
-    if listed is None:
+    robot_list = sections.pop("robots", None)
+    if robot_list is None:
         return []
-    if not isinstance(listed, list) or len(listed) < 2 or not all(isinstance(each, dict) for each in listed):
-        raise StarnavError(f"robots is {shown(listed)}; allowed: a list of two or more mappings, one for each robot")
+    if (
+        not isinstance(robot_list, list)
+        or len(robot_list) < 2
+        or not all(isinstance(each, dict) for each in robot_list)
+    ):
+        raise StarnavError(
+            f"robots is {shown(robot_list)}; allowed: a list of two or more mappings, one for each robot"
+        )
     if sections.get("goals") is not None:
         raise StarnavError(f"goals in {place} beside robots; allowed: goals of each of the robots")
     robots = []
-    for k, entry in enumerate(listed):
+    for k, entry in enumerate(robot_list):
         own, at = dict(entry), f"robots[{k}]"
         if ("goal" in own) == ("goals" in own) or "start" not in own:
             raise StarnavError(f"{at} has {', '.join(map(str, own)) or 'nothing'}; allowed: start, and goal or goals")
@@ -134,12 +140,12 @@ def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> lis
         parts = {key: own.pop(key) for key in ("lidar", "lidars") if key in own}
         common = sections.get("robot")
         model = Path(str({**(common or {}), **own}.get("model", "starbot"))).stem
-        called = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
-        if not isinstance(called, str) or not called or re.search(NOT_IN_NAMES, called):
-            raise StarnavError(f"{at}.name is {shown(called)}; allowed: a text of letters, digits, _, - and .")
+        robot_name = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
+        if not isinstance(robot_name, str) or not robot_name or re.search(NOT_IN_NAMES, robot_name):
+            raise StarnavError(f"{at}.name is {shown(robot_name)}; allowed: a text of letters, digits, _, - and .")
         own = {**sections, **parts, "robot": {**directives.beneath(common, own), **own}, "goals": goals}
         try:
-            robot = _scenario(own, called, place, method)
+            robot = _scenario(own, robot_name, place, method)
         except StarnavError as error:
             raise StarnavError(f"{at}: {error}") from None
         robots.append(dataclasses.replace(robot, start=(float(x), float(y), float(yaw))))
@@ -170,8 +176,8 @@ def scenario_text(scenario: Scenario) -> str:
     sections: dict[str, Any] = {}
     if scenario.world is not None:
         kind = type(scenario.world)
-        shipped = kind.__module__.startswith("drake_starnav.")  # another is found by its module, also by workers
-        tag = kind.__name__ if shipped else f"{kind.__module__}:{kind.__qualname__}"
+        is_shipped = kind.__module__.startswith("drake_starnav.")  # another is found by its module, also by workers
+        tag = kind.__name__ if is_shipped else f"{kind.__module__}:{kind.__qualname__}"
         sections["world"] = section(_declared(scenario.world), tag)
     sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
     if scenario.lidars:
@@ -189,9 +195,9 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def _robot_section(robot: Scenario) -> Tagged:
-    ends = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
+    end_points = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
     lidars = {"lidars": [section(_declared(each)) for each in robot.lidars]} if robot.lidars else {}
-    return section({**ends, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
+    return section({**end_points, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
 
 
 def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
@@ -227,8 +233,8 @@ def _zones(listed: Any) -> tuple[Any, ...]:
         for key in entry:
             if key not in names:
                 raise unknown_name(f"key {key} in zones[{k}]", str(key), names)
-        needed = [each.name for each in dataclasses.fields(kind) if each.default is dataclasses.MISSING]
-        if missing := [name for name in needed if name not in entry]:
+        needed_fields = [each.name for each in dataclasses.fields(kind) if each.default is dataclasses.MISSING]
+        if missing := [name for name in needed_fields if name not in entry]:
             raise StarnavError(f"zones[{k}] has no {missing[0]}; allowed: {', '.join(names)}")
         try:
             zones.append(kind(**{"name": f"zones[{k}]", **entry}))
@@ -259,10 +265,10 @@ def _override(sections: dict[str, Any], text: str) -> None:
     key, separator, value = text.partition("=")
     names = key.split(".")
     if key not in LISTS and (not separator or len(names) != 2 or not all(names)):
-        found = [
+        matching_keys = [
             f"{part}.{each.name}" for part, kind in SECTIONS.items() for each in declared(kind) if each.name == key
         ]
-        meant = f": did you mean {' or '.join(found)}?" if found else ";"
+        meant = f": did you mean {' or '.join(matching_keys)}?" if matching_keys else ";"
         raise StarnavError(
             f"override {shown(text)}{meant} allowed: section.key=value, e.g. robot.radius=0.3, or a list: "
             f"{', '.join(LISTS)}"
@@ -271,17 +277,17 @@ def _override(sections: dict[str, Any], text: str) -> None:
     if part not in KEYS:
         raise unknown_name(f"key {key}", part, KEYS)
     try:
-        parsed = load_yaml(value, key, Loader)
+        parsed_value = load_yaml(value, key, Loader)
     except StarnavError:
         raise StarnavError(
             f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
         ) from None
     if key in LISTS:
-        sections[part] = parsed
+        sections[part] = parsed_value
         return
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
-    sections[part][names[1]] = parsed
+    sections[part][names[1]] = parsed_value
 
 
 def _world(mapping: Any, place: str) -> Any:
@@ -290,7 +296,7 @@ def _world(mapping: Any, place: str) -> Any:
     if not isinstance(mapping, Tagged):
         tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
         raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
-    kind = imported("world", mapping.tag) if ":" in mapping.tag else WORLD_KINDS.get(mapping.tag)
+    kind = import_extra("world", mapping.tag) if ":" in mapping.tag else WORLD_KINDS.get(mapping.tag)
     if kind is None:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, (*WORLD_KINDS, "module:class"))
     if not is_world_kind(kind):

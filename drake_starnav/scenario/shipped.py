@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from drake_starnav.errors import shown
-from drake_starnav.utils.imported import imported
+from drake_starnav.utils.imported import import_extra
 from drake_starnav.utils.resources import model_path
 
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
@@ -22,24 +22,24 @@ controller alone. Enter it here by a name, as a function or as module:function, 
 
 def method_settings(name: str) -> dict[str, dict[str, Any]]:
     """What a method sets in a scenario; a `StarnavError` if there is none of that name. Imports nothing."""
-    found = METHODS.get(name, {})
+    found_settings = METHODS.get(name, {})
     if name not in METHODS and ":" not in name:
         from drake_starnav.parameters import unknown_name  # late: it takes NumPy
 
         raise unknown_name(f"method {shown(name)}", name, (*METHODS, "module:function"))
-    return found if isinstance(found, dict) else {}
+    return found_settings if isinstance(found_settings, dict) else {}
 
 
 def own_method(name: str) -> Callable[[Any], Any] | None:
     """The function of a method of the user's own, from a scenario to its parts; None of a shipped one.
 
     Raises:
-        StarnavError: there is no such method, see `imported`.
+        StarnavError: there is no such method, see `import_extra`.
     """
-    found = METHODS[name] if name in METHODS else name if ":" in name else method_settings(name)
-    if isinstance(found, str):
-        return cast(Callable[[Any], Any], imported("method", found))
-    return None if isinstance(found, dict) else found
+    found_method = METHODS[name] if name in METHODS else name if ":" in name else method_settings(name)
+    if isinstance(found_method, str):
+        return cast(Callable[[Any], Any], import_extra("method", found_method))
+    return None if isinstance(found_method, dict) else found_method
 
 
 def scenario_names() -> list[str]:

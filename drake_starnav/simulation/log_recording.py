@@ -106,19 +106,21 @@ def record_log(
     model = add_robot(plant, scene_graph, navigator.scenario.robot, world.start)
     ground = add_ground(plant, world.extent)
     plant.Finalize()
-    drawn = builder.AddNamedSystem("shown", Shown(navigator, plant, model, ground))
-    posed = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
-    builder.Connect(drawn.GetOutputPort("positions"), posed.get_input_port())
-    builder.Connect(posed.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
-    station = Station(plant, scene_graph, cast(Any, drawn), ground, [], world)
+    shown_system = builder.AddNamedSystem("shown", Shown(navigator, plant, model, ground))
+    pose_system = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
+    builder.Connect(shown_system.GetOutputPort("positions"), pose_system.get_input_port())
+    builder.Connect(pose_system.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
+    station = Station(plant, scene_graph, cast(Any, shown_system), ground, [], world)
     recorder = Recorder(html, view, shown)
-    recorder.add_to(builder, Navigation(world, station, drawn, None, drawn, shield=drawn), navigator.scenario)
+    recorder.add_to(
+        builder, Navigation(world, station, shown_system, None, shown_system, shield=shown_system), navigator.scenario
+    )
     diagram = builder.Build()
     simulator, begin, command = Simulator(diagram), math.nan, None
     for inputs, *_ in ticks:
         command = navigator.step(*inputs)
         begin = inputs[0] if math.isnan(begin) else begin
-        drawn.note()
+        shown_system.note()
         if inputs[0] - begin > simulator.get_context().get_time():
             simulator.AdvanceTo(inputs[0] - begin)
     assert command is not None

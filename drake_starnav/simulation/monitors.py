@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
+from drake_starnav.geometry.footprint import Footprint, disc, find_top_speed
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.navigation import Navigation
 from drake_starnav.planning import PlannerStatus
@@ -19,7 +19,7 @@ from drake_starnav.station.navigation_station import simulated
 from drake_starnav.station.plant import value_of
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.goal_sequence import GoalSequence
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.timing import check_period
 
 
 class ArrivalMonitor(LeafSystem):
@@ -57,7 +57,7 @@ class ArrivalMonitor(LeafSystem):
         self._reached = self.DeclareVectorInputPort("reached", goals) if goals else None
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._status = self.DeclareAbstractInputPort("status", Value(PlannerStatus.WAITING))
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
+        self.DeclarePeriodicDiscreteUpdateEvent(check_period(self, period=period), 0.0, self._check)
 
     @staticmethod
     def AddToBuilder(
@@ -88,13 +88,13 @@ class ArrivalMonitor(LeafSystem):
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         x, y, _, v, omega = self._state.Eval(context).tolist()
         if self._reached is None:
-            arrived = math.dist((x, y), self._goal.Eval(context).tolist()) < self._tolerance
+            has_arrived = math.dist((x, y), self._goal.Eval(context).tolist()) < self._tolerance
         else:
-            arrived = bool(np.isfinite(self._reached.Eval(context)).all())
-        if arrived:
+            has_arrived = bool(np.isfinite(self._reached.Eval(context)).all())
+        if has_arrived:
             return EventStatus.ReachedTermination(self, "reached")
-        stands = fastest_point(v, omega, self._radius) < 0.5 * STANDING
-        if stands and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
+        is_standing = find_top_speed(v, omega, self._radius) < 0.5 * STANDING
+        if is_standing and self._status.HasValue(context) and self._status.Eval(context) is PlannerStatus.UNREACHABLE:
             return EventStatus.ReachedTermination(self, "unreachable")
         return EventStatus.DidNothing()
 

@@ -73,13 +73,13 @@ def record_robots(
     """
     from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
 
-    driven = [
+    driven_trials = [
         Driven(each.robot, robot.robot, each.motion, caption_lines(each.trial)[-1], robot.goals)
         for each, robot in zip(trials, scenario.robots, strict=True)
     ]
     world = worlds_of_robots(scenario, seed)[0]
-    line = f"{counted(len(driven), 'robot')}, method {trials[0].trial.method}, seed {seed}"
-    return record_tracks(scenario, driven, world, line, html, view, shown)
+    line = f"{counted(len(driven_trials), 'robot')}, method {trials[0].trial.method}, seed {seed}"
+    return record_tracks(scenario, driven_trials, world, line, html, view, shown)
 
 
 class _Witness:
@@ -112,11 +112,11 @@ def record_comparison(
     """
     from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
 
-    driven = []
+    driven_trials = []
     for method, scenario in scenarios.items():
         witness = _Witness()
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        driven.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
+        driven_trials.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
     world = robot_world(scenario, seed)
-    line = f"{counted(len(driven), 'method')}, seed {seed}"
-    return record_tracks(scenario, driven, world, line, html, view, shown)
+    line = f"{counted(len(driven_trials), 'method')}, seed {seed}"
+    return record_tracks(scenario, driven_trials, world, line, html, view, shown)

@@ -19,7 +19,7 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc, overlap
-from drake_starnav.geometry.trajectory import Motion, least_gaps
+from drake_starnav.geometry.trajectory import Motion, find_least_gaps
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.robot import body_top
 from drake_starnav.planning import PlannerStatus
@@ -163,18 +163,18 @@ def run_robots(
     builder = DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
-        driven = add_robots(builder, scenario, worlds, seed)
+        driven_robots = add_robots(builder, scenario, worlds, seed)
         holder = diagram = builder.Build()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
         timeout = scenario.simulation.timeout or worlds[0].timeout
         start = time.perf_counter()
-        message = _simulated(simulator, driven, timeout, progress)
+        message = _simulated(simulator, driven_robots, timeout, progress)
         wall = time.perf_counter() - start
-        runs = [_run(simulator, each, message, wall) for each in driven]
+        runs = [_run(simulator, each, message, wall) for each in driven_robots]
         motions = [Motion(run.times, run.driven[:, :3]) for run in runs]
-        gaps = least_gaps([each.robot.shape for each in robots], motions)
+        gaps = find_least_gaps([each.robot.shape for each in robots], motions)
         trials = []
-        for robot, way, run, gap, motion in zip(driven, shortest, runs, gaps, motions, strict=True):
+        for robot, way, run, gap, motion in zip(driven_robots, shortest, runs, gaps, motions, strict=True):
             until = run.times <= run.elapsed + 1e-9
             own = dataclasses.replace(run, times=run.times[until], driven=run.driven[until])
             steps: dict[str, Any] = {name: robot.stopwatch.summary(name) for name in STEPS}
@@ -201,14 +201,14 @@ def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     shape, goals = robots[0].robot.shape, robots[0].goals  # a world that is given has its start and its goal
     if not isinstance(scenario.world, GIVEN):
         shape, goals = disc(max(each.robot.radius for each in robots)), ()
-    made = [
+    made_worlds = [
         make_world_with_footprints(scenario.world, seed, shape, goals, functools.partial(body_top, each))
         for each in robots
     ]
-    _check_ends(robots, made)
+    _check_ends(robots, made_worlds)
     return [
         dataclasses.replace(world, start=each.start or world.start, goal=(each.goals[-1][0], each.goals[-1][1]))
-        for each, world in zip(robots, made, strict=True)
+        for each, world in zip(robots, made_worlds, strict=True)
     ]
 
 
@@ -219,9 +219,10 @@ def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
     for a, b in itertools.combinations(robots, 2):
         for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
             if overlap(*_standing(a, one or ()), *_standing(b, other or ())):
-                apart = math.dist((one or ())[:2], (other or ())[:2])
+                distance = math.dist((one or ())[:2], (other or ())[:2])
                 raise StarnavError(
-                    f"{what} of {a.name} and {b.name} are {apart:.3g} m apart; allowed: where their footprints do not "
+                    f"{what} of {a.name} and {b.name} are {distance:.3g} m apart; allowed: where their "
+                    "footprints do not "
                     "touch"
                 )
 
@@ -266,7 +267,7 @@ def _add_navigators(
     ]
     warn_of_unseen(plant, scene_graph, worlds[0], interfaces)
     shapes: list[list[GeometryId]] = [robot.robot_geometries for robot in interfaces]
-    driven = []
+    driven_robots = []
     for k, (each, robot, world) in enumerate(zip(robots, interfaces, worlds, strict=True)):
         stopwatch = Stopwatch()
         navigator = RobotNavigator(each, robot, world, seeds[k], stopwatch)
@@ -286,8 +287,8 @@ def _add_navigators(
         builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))
         ports = plant.get_state_output_port(models[k]), navigator.GetOutputPort("twist_command")
         states, commands = (LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports)
-        driven.append(DrivenRobot(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
-    return driven
+        driven_robots.append(DrivenRobot(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
+    return driven_robots
 
 
 def _simulated(
@@ -325,5 +326,5 @@ def _run(simulator: Simulator, driven: DrivenRobot, message: str, wall: float) -
         message = TIMEOUT
     message = touching or message
     run = left_by(simulator, driven.navigation, driven.logs[0], message, wall)
-    elapsed = float(times[-1]) if message == "reached" else run.elapsed
-    return dataclasses.replace(run, elapsed=elapsed, blocked=tuple(driven.blocked))
+    elapsed_time = float(times[-1]) if message == "reached" else run.elapsed
+    return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(driven.blocked))

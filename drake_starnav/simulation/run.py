@@ -130,8 +130,8 @@ def run_trial(
             else getattr(parts.controller, "__name__", type(parts.controller).__name__)
         )
         hull = hull_clearances(world, run, scenario.robot.shape)
-        driven = figures(scenario, world, shortest, run, hull)
-        trial = Trial(scenario=scenario.name, method=by, seed=seed, **driven, **steps)
+        trial_figures = figures(scenario, world, shortest, run, hull)
+        trial = Trial(scenario=scenario.name, method=by, seed=seed, **trial_figures, **steps)
         if csv is not None:
             rows = np.column_stack((run.times, run.driven, hull[1]))
             lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
@@ -139,8 +139,8 @@ def run_trial(
         for each in observers:
             each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))
         if trial.outcome == INTERRUPTED:
-            kept = ", ".join(str(path) for path in (html, csv) if path is not None)
-            raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{f', in {kept}' if kept else ''}")
+            kept_files = ", ".join(str(path) for path in (html, csv) if path is not None)
+            raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{f', in {kept_files}' if kept_files else ''}")
         return trial
     finally:
         release(holder)
@@ -157,10 +157,10 @@ def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, me
     nodes = 0
     if isinstance(navigation.planner, StarRoadmapPlanner):
         nodes = len(value_of(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
-    reached: tuple[float, ...] = ()
+    reached_times: tuple[float, ...] = ()
     if isinstance(navigation.goal, GoalSequence):
         times_reached = value_of(navigation.goal.GetOutputPort("reached"), context).tolist()
-        reached = tuple(time for time in times_reached if math.isfinite(time))
+        reached_times = tuple(time for time in times_reached if math.isfinite(time))
     return Run(
         message=message,
         elapsed=context.get_time(),
@@ -169,7 +169,7 @@ def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, me
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
         nodes=nodes,
         wall=wall,
-        goals=reached,
+        goals=reached_times,
     )
 
 
@@ -187,13 +187,13 @@ def advance_until(
         arrived: whether all is done, where no system of the diagram ends the run then.
     """
     while True:
-        now = simulator.get_context().get_time()
+        current_time = simulator.get_context().get_time()
         if arrived(simulator.get_context()):
             return "reached"
-        if now >= timeout - 1e-9:
+        if current_time >= timeout - 1e-9:
             return TIMEOUT
         try:
-            status = advance(simulator, min(now + PROGRESS_PERIOD, timeout))
+            status = advance(simulator, min(current_time + PROGRESS_PERIOD, timeout))
         except KeyboardInterrupt:
             if simulator.get_context().get_time() == 0.0:  # nothing was driven
                 raise

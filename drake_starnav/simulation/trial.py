@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint, shaped
-from drake_starnav.geometry.trajectory import evenly_sampled, kept_samples, motion_metrics
+from drake_starnav.geometry.footprint import Footprint, as_footprint
+from drake_starnav.geometry.trajectory import compute_motion_metrics, sample_evenly, select_samples
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, contact_in, contact_said
@@ -140,18 +140,18 @@ def figures(
     The shortest path for comparison is as in `omniscient_path`, the clearances of the robot as in `hull_clearances`.
     """
     path = run.driven[:, :2]
-    kept = kept_samples(run.times, path, PATH_TOLERANCE)
+    kept_samples_of_path = select_samples(run.times, path, PATH_TOLERANCE)
     standing, clearances = hull
     outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
     length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
-    still = length < NEVER_MOVED and run.elapsed > STANDSTILL
-    if outcome == TIMEOUT and (still or (run.blocked and run.blocked[-1][1])):
+    stood_still = length < NEVER_MOVED and run.elapsed > STANDSTILL
+    if outcome == TIMEOUT and (stood_still or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"
     if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run, scenario):
         outcome = "occupied"
-    samples = evenly_sampled(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
-    motion = motion_metrics(
+    samples = sample_evenly(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
+    motion = compute_motion_metrics(
         samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, footprint=scenario.robot.shape
     )
     return {
@@ -172,8 +172,8 @@ def figures(
         "nodes": run.nodes,
         "wall_s": run.wall,
         "state_hash": run.state_hash,
-        "path": path[kept].round(3).tolist(),
-        "path_s": run.times[kept].round(3).tolist(),
+        "path": path[kept_samples_of_path].round(3).tolist(),
+        "path_s": run.times[kept_samples_of_path].round(3).tolist(),
     }
 
 
@@ -194,9 +194,9 @@ def goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
     shape = scenario.robot.shape
     goal = goals[min(len(run.goals), len(goals) - 1)]
     poses = poses_at(goal, shape)
-    off = HEADING_TOLERANCE if len(goal) > 2 else math.pi / len(poses)
+    heading_step = HEADING_TOLERANCE if len(goal) > 2 else math.pi / len(poses)
     room = moving_obstacle_clearance(world.moving_obstacles, poses, np.full(len(poses), run.elapsed), shape).max()
-    nearer = scenario.simulation.goal_tolerance + off * shape.lever
+    nearer = scenario.simulation.goal_tolerance + heading_step * shape.lever
     return bool(room + nearer < derive_margins(scenario).safety)
 
 
@@ -215,10 +215,10 @@ def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> fl
 def caption_lines(trial: Trial) -> tuple[str, ...]:
     """The caption of a trial's picture."""
     why = trial.blocked_by or ""
-    barred = why if why.startswith(NO_WAY) else "found no way"
-    said = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": barred}
+    barred_text = why if why.startswith(NO_WAY) else "found no way"
+    outcome_texts = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": barred_text}
     what = trial.outcome if trial.contact is None else contact_said(trial.outcome, trial.contact)
-    outcome = said.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
+    outcome = outcome_texts.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
@@ -239,11 +239,12 @@ def omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -
     x0, y0, x1, y1 = world.extent
     resolution = min(max(math.sqrt((x1 - x0) * (y1 - y0) / 5e6), 0.02), 0.05)
     places = [world.start, *(goals or (world.goal,))]
-    found = [
-        leg_through(world, shaped(robot), begin, end, 0.005, resolution) for begin, end in itertools.pairwise(places)
+    found_paths = [
+        leg_through(world, as_footprint(robot), begin, end, 0.005, resolution)
+        for begin, end in itertools.pairwise(places)
     ]
-    ways = [way for way in found if way is not None]
-    if len(ways) < len(found):
+    ways = [way for way in found_paths if way is not None]
+    if len(ways) < len(found_paths):
         return None
     return sum(length for length, _ in ways), np.vstack([path for _, path in ways])
 

@@ -41,22 +41,22 @@ def check_drive(
     rates = np.array((*base.body_rates(commands.T), *planar_states(states, plant.num_positions(model))[:, 3:].T))
     later = times > times[-1] - SPAN - 1e-9
     means = np.array([rates[:, span].mean(axis=1) for span in (~later, later)])
-    told, done = means[:, :2], means[:, 2:]
-    judged = np.abs(told) > LEAST
+    told_velocity, done_velocity = means[:, :2], means[:, 2:]
+    is_judged = np.abs(told_velocity) > LEAST
     # a robot that neither drives nor turns by this much of what it was told, in both spans, does not follow
-    follows = judged & (done * np.sign(told) >= 0.3 * (1.0 - slip) * np.abs(told))
-    if follows.any() or not judged.any(axis=1).all():
+    follows = is_judged & (done_velocity * np.sign(told_velocity) >= 0.3 * (1.0 - slip) * np.abs(told_velocity))
+    if follows.any() or not is_judged.any(axis=1).all():
         return
     robot = RobotModel(plant, station.scene_graph, model)
-    asked = np.abs(drive_geometry(robot).rates(*rates[:2])).mean()
-    rolled = np.abs(states @ wheel_rates(robot).T).mean()
+    asked_rate = np.abs(drive_geometry(robot).rates(*rates[:2])).mean()
+    rolled_rate = np.abs(states @ wheel_rates(robot).T).mean()
     cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"
-        if rolled > 0.5 * asked
+        if rolled_rate > 0.5 * asked_rate
         else "its wheels do not turn; allowed: motors strong enough (limit effort of the joints), and nothing but "
         "wheels and casters on the floor"
     )
-    (v, omega), (real_v, real_omega) = told.mean(axis=0), done.mean(axis=0)
+    (v, omega), (real_v, real_omega) = told_velocity.mean(axis=0), done_velocity.mean(axis=0)
     raise StarnavError(
         f"the robot does not follow its commands: over {2 * SPAN:g} s it was told to drive at {v:.3f} m/s and "
         f"{omega:.3f} rad/s and did so at {real_v:.3f} m/s and {real_omega:.3f} rad/s; {cause}"

@@ -62,19 +62,21 @@ def mount_of(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> Mou
     upward, (x, y, _) = float(X_BS.rotation().matrix()[2, 2]), X_BS.translation().tolist()
     tilt = math.acos(min(abs(upward), 1.0))
     roll, pitch, yaw = RollPitchYaw(X_BS.rotation()).vector() + 0.0  # no -0
-    said = f"frame {lidar.frame} is turned by roll {roll:g}, pitch {pitch:g}, yaw {yaw:g} rad in base_link"
+    turned_text = f"frame {lidar.frame} is turned by roll {roll:g}, pitch {pitch:g}, yaw {yaw:g} rad in base_link"
     if tilt > MOST_TILT:
         raise StarnavError(
-            f"{said}, {math.degrees(tilt):.3g} degrees from level; allowed: up to {math.degrees(MOST_TILT):g} degrees, "
+            f"{turned_text}, {math.degrees(tilt):.3g} degrees from level; allowed: up to "
+            f"{math.degrees(MOST_TILT):g} degrees, "
             "upright or upside down"
         )
     if tilt > TOLERANCE and lidar.range_max * math.sin(tilt) >= height:
         raise StarnavError(
-            f"{said}, {math.degrees(tilt):.3g} degrees from level, and {height:.3g} m high: it sees the floor from "
+            f"{turned_text}, {math.degrees(tilt):.3g} degrees from level, and {height:.3g} m high: it sees "
+            "the floor from "
             f"{height / math.sin(tilt):.3g} m on; allowed: a lidar.range_max below that, or less tilt"
         )
-    ahead = X_BS.rotation().matrix()[:2, 0]
-    yaw = math.atan2(ahead[1], ahead[0])
+    forward_axis = X_BS.rotation().matrix()[:2, 0]
+    yaw = math.atan2(forward_axis[1], forward_axis[0])
     if math.hypot(x, y) <= TOLERANCE:
         x = y = 0.0
     return Mount(x, y, yaw if abs(yaw) > TOLERANCE else 0.0, upward < 0.0, tilt if tilt > TOLERANCE else 0.0)
@@ -84,8 +86,8 @@ def _candidates(robot: RobotModel) -> list[str]:
     """Names of the model's frames that may be lidars'; if there are none, of all but those of joints."""
     frames = (robot.plant.get_frame(FrameIndex(k)) for k in range(robot.plant.num_frames()))
     joints = [joint.name() for joint in robot.joints]
-    hidden = {f"{joint}_{side}" for joint in joints for side in ("parent", "child")} | {"", "__model__"}
-    names = sorted({frame.name() for frame in frames if frame.model_instance() == robot.index} - hidden)
+    hidden_links = {f"{joint}_{side}" for joint in joints for side in ("parent", "child")} | {"", "__model__"}
+    names = sorted({frame.name() for frame in frames if frame.model_instance() == robot.index} - hidden_links)
     return [name for name in names if any(part in name.lower() for part in ALIKE)] or names
 
 
@@ -148,8 +150,8 @@ def _mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
     X_PS, base = config.X_PS, config.X_PS.base_frame or "world"
     try:
         frame = ScopedName.Parse(base)
-        inside = plant.GetModelInstanceByName(frame.get_namespace()) if frame.get_namespace() else None
-        parent = plant.GetFrameByName(frame.get_element(), *(() if inside is None else (inside,)))
+        is_own_model = plant.GetModelInstanceByName(frame.get_namespace()) if frame.get_namespace() else None
+        parent = plant.GetFrameByName(frame.get_element(), *(() if is_own_model is None else (is_own_model,)))
         X_FS: RigidTransform = X_PS.GetDeterministicValue()
     except RuntimeError as error:
         raise StarnavError(
@@ -189,5 +191,7 @@ def add_collars(
 def collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
     """The collars of all robots in a scene."""
     inspector = scene_graph.model_inspector()
-    named = ((g, inspector.GetName(g).rpartition("::")[2]) for g in inspector.GetAllGeometryIds(Role.kProximity))
-    return [geometry for geometry, name in named if name.rpartition("_")[0] == COLLAR_NAME]
+    named_geometries = (
+        (g, inspector.GetName(g).rpartition("::")[2]) for g in inspector.GetAllGeometryIds(Role.kProximity)
+    )
+    return [geometry for geometry, name in named_geometries if name.rpartition("_")[0] == COLLAR_NAME]

@@ -15,11 +15,11 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State, V
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.raycast import Fan
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.sensor_model import LidarParameters, arrives, measure, released, scan_index
+from drake_starnav.lidar.sensor_model import LidarParameters, arrives, find_released, find_scan_index, measure
 from drake_starnav.station.scene_slices import SceneSlices
 from drake_starnav.systems.release import declare_value, declare_vector, weakly
 from drake_starnav.utils.snapshot import snapshot
-from drake_starnav.utils.timing import begins_run
+from drake_starnav.utils.timing import is_new_run
 
 
 class LidarMount(NamedTuple):
@@ -157,8 +157,8 @@ class LidarSensor(LeafSystem):
         )
         nothing = _Measurement(self._blank, np.eye(3, 4))
         if sampled:
-            held = _Held(nothing, (nothing,) * parameters.waiting_scans, math.nan, nothing.X_WS)
-            self._state = self.DeclareAbstractState(Value[object](held))
+            initial_scans = _Held(nothing, (nothing,) * parameters.waiting_scans, math.nan, nothing.X_WS)
+            self._state = self.DeclareAbstractState(Value[object](initial_scans))
             self.DeclareInitializationUnrestrictedUpdateEvent(self._begin)
             period = 1.0 / parameters.rate
             self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
@@ -193,7 +193,7 @@ class LidarSensor(LeafSystem):
     ) -> _Measurement:
         p, time = self._parameters, context.get_time()
         distances = self._slices.Eval(context).cast(query, X_WS, self._fan, p.range_max, X_WS_begin)
-        ranges = measure(distances, p, self._seed, scan_index(time, p.rate))
+        ranges = measure(distances, p, self._seed, find_scan_index(time, p.rate))
         return _Measurement(self._blank.again(ranges, time=time), X_WS)
 
     def _measure(self, context: Context, measurement: AbstractValue) -> None:
@@ -207,44 +207,48 @@ class LidarSensor(LeafSystem):
         return self._held(context).shown
 
     def _begin(self, context: Context, state: State) -> EventStatus:
-        if not begins_run(context.get_time(), self._held(context).swept):
+        if not is_new_run(context.get_time(), self._held(context).swept):
             return EventStatus.DidNothing()
         return self._update(context, state)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        held, query, time = self._held(context), self._query_port.Eval(context), context.get_time()
+        held_scans, query, time = self._held(context), self._query_port.Eval(context), context.get_time()
         X_WS = self._pose(query)
-        shown, waiting, index = held.shown, held.waiting, scan_index(time, self._parameters.rate)
+        shown_ranges, waiting, index = (
+            held_scans.shown,
+            held_scans.waiting,
+            find_scan_index(time, self._parameters.rate),
+        )
         if arrives(self._parameters, self._seed, index):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
-            begin = held.X_WS_swept if self._parameters.rolling and held.swept < time else None
-            measured = self._cast(context, query, X_WS, begin)
+            begin = held_scans.X_WS_swept if self._parameters.rolling and held_scans.swept < time else None
+            measured_ranges = self._cast(context, query, X_WS, begin)
             if waiting:
                 at = index % len(waiting)
-                waiting = (*waiting[:at], measured, *waiting[at + 1 :])
+                waiting = (*waiting[:at], measured_ranges, *waiting[at + 1 :])
             else:
-                shown = measured
-        state.get_mutable_abstract_state(self._state).set_value(_Held(shown, waiting, time, X_WS))
+                shown_ranges = measured_ranges
+        state.get_mutable_abstract_state(self._state).set_value(_Held(shown_ranges, waiting, time, X_WS))
         return EventStatus.Succeeded()
 
     def _release(self, context: Context, state: State) -> EventStatus:
         """Let the scan that was taken `delay` ago appear, if it arrives."""
-        index = released(self._parameters, self._seed, context.get_time())
+        index = find_released(self._parameters, self._seed, context.get_time())
         if index is None:
             return EventStatus.DidNothing()
-        held = state.get_mutable_abstract_state(self._state)  # a scan may be taken at the same time
-        waiting = held.get_value().waiting
-        held.set_value(dataclasses.replace(held.get_value(), shown=waiting[index % len(waiting)]))
+        held_scans = state.get_mutable_abstract_state(self._state)  # a scan may be taken at the same time
+        waiting = held_scans.get_value().waiting
+        held_scans.set_value(dataclasses.replace(held_scans.get_value(), shown=waiting[index % len(waiting)]))
         return EventStatus.Succeeded()
 
     def _point_cloud(self, context: Context) -> PointCloud:
-        measured = self._measured(context)
-        ranges = measured.scan.ranges
+        measured_scan = self._measured(context)
+        ranges = measured_scan.scan.ranges
         hit = np.isfinite(ranges)
         points = np.zeros((3, int(hit.sum())))
         points[:2] = (self._fan.directions[hit] * ranges[hit, None]).T
         cloud = PointCloud(points.shape[1])
-        cloud.mutable_xyzs()[:] = RigidTransform(measured.X_WS) @ points if self._cloud_in_W else points
+        cloud.mutable_xyzs()[:] = RigidTransform(measured_scan.X_WS) @ points if self._cloud_in_W else points
         return cloud
 
     def _X_WS(self, context: Context) -> RigidTransform:

@@ -91,11 +91,11 @@ def with_footprints(world: World) -> World:
         for geometry, X_WG in fixed_geometries(plant, inspector, hollow=True)
         for polygon in shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     ]
-    fixed = fixed_geometries(plant, inspector)
-    moving = len(fixed) < len(inspector.GetAllGeometryIds(Role.kProximity))
+    fixed_geometry = fixed_geometries(plant, inspector)
+    moving = len(fixed_geometry) < len(inspector.GetAllGeometryIds(Role.kProximity))
     discs: list[tuple[float, float, float]] = []
     polygons: list[np.ndarray] = [*surfaces]
-    for geometry, X_WG in fixed:
+    for geometry, X_WG in fixed_geometry:
         shape = inspector.GetShape(geometry)
         if _is_floor(inspector, geometry, X_WG):
             continue
@@ -136,9 +136,9 @@ def shadows(
     corners = vertices[triangles] @ X_WG.rotation().matrix().T + X_WG.translation()
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1)
-    near = (size > 0.0) & (corners[..., 2].min(axis=1) < high) & (corners[..., 2].max(axis=1) > low)
-    half = 0.5 * SHEET * normal[near] / size[near, None]
-    sheets = np.concatenate((corners[near] + half[:, None], corners[near] - half[:, None]), axis=1)
+    is_near = (size > 0.0) & (corners[..., 2].min(axis=1) < high) & (corners[..., 2].max(axis=1) > low)
+    half = 0.5 * SHEET * normal[is_near] / size[is_near, None]
+    sheets = np.concatenate((corners[is_near] + half[:, None], corners[is_near] - half[:, None]), axis=1)
     prints = (convex_footprint(sheet, low, high) for sheet in sheets)
     return [polygon for polygon in prints if polygon is not None]
 
@@ -163,13 +163,15 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
         if model.text:
             instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
         else:
-            known = find(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
-            instances = parser.AddModels(str(files.model(known or Path(parser.package_map().ResolveUrl(model.path)))))
+            model_file = find(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
+            instances = parser.AddModels(
+                str(files.model(model_file or Path(parser.package_map().ResolveUrl(model.path))))
+            )
     if model.weld:
-        held = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
+        held_bodies = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
         for index in [index for instance in instances for index in plant.GetBodyIndices(instance)]:
             body = plant.get_body(index)
-            if index not in held:
+            if index not in held_bodies:
                 X_WB = plant.GetDefaultFloatingBaseBodyPose(body)
                 plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
     for name in massless_links(plant, [index for instance in instances for index in plant.GetBodyIndices(instance)]):
@@ -236,13 +238,13 @@ def placed_geometries(
 ) -> list[tuple[GeometryId, RigidTransform]]:
     """Collision geometries of bodies, or their surfaces, and where they are with all joints at their defaults."""
     context, surfaces = plant.CreateDefaultContext(), seen_geometries(inspector)
-    found = []
+    geometries = []
     for body in bodies:
         X_WB = plant.EvalBodyPoseInWorld(context, body)
         for geometry in plant.GetCollisionGeometriesForBody(body):
             if geometry in surfaces and (inspector.GetProximityProperties(geometry) is None) == hollow:
-                found.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
-    return sorted(found, key=lambda item: item[0].get_value())
+                geometries.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
+    return sorted(geometries, key=lambda item: item[0].get_value())
 
 
 def shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
@@ -251,6 +253,6 @@ def shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: R
     if isinstance(shape, Cylinder):
         corners = cylinder_vertices(shape.radius(), shape.length())
     else:
-        points, grown = outline(inspector, geometry)
-        corners = swollen(points.T, grown)
+        points, rounding_radius = outline(inspector, geometry)
+        corners = swollen(points.T, rounding_radius)
     return corners @ X_WG.rotation().matrix().T + X_WG.translation()

@@ -10,11 +10,11 @@ from pydrake.common.value import Value
 from pydrake.geometry import FrameId, GeometryId, QueryObject, SceneGraphInspector
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
+from drake_starnav.geometry.footprint import Footprint, disc, find_top_speed
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.station.world_geometry import surface_world
 from drake_starnav.systems.connecting import connect_inputs
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.timing import check_period
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.shortest_path import capsules_around, distance_from
 from drake_starnav.worlds.world import World
@@ -90,7 +90,7 @@ class CollisionMonitor(LeafSystem):
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
         # an update, for publish events see old geometry, see make_simulator
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
+        self.DeclarePeriodicDiscreteUpdateEvent(check_period(self, period=period), 0.0, self._check)
 
     @staticmethod
     def AddToBuilder(builder: DiagramBuilder, station: "StationInterface") -> "CollisionMonitor":
@@ -101,16 +101,16 @@ class CollisionMonitor(LeafSystem):
         """
         moving, world, robot = station.moving_obstacle_geometries, station.world, station.robot_interface
         surfaces = None if world is None else surface_world(world)
-        near = None
+        near_world = None
         if world is not None and surfaces is None and world.model is None and station.scenario.localization.exact:
-            near = None if moving else (world, robot.reach)
+            near_world = None if moving else (world, robot.reach)
         monitor = CollisionMonitor(
             robot=station.robot_geometries,
             ground=station.floor,
             moving_obstacles=moving,
             hull=None if surfaces is None else Hull(robot.base_frame, surfaces),
             footprint=robot.robot.shape,
-            near=near,
+            near=near_world,
             period=station.scenario.simulation.time_step if moving else 1.0 / station.scenario.controller.rate,
         )
         builder.AddNamedSystem("collision_monitor", monitor)
@@ -120,31 +120,31 @@ class CollisionMonitor(LeafSystem):
 
     def contacts(self, context: Context) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs of geometries, the robot's first, that touch and should not."""
-        found = []
+        found_contacts = []
         for pair in self._query.Eval(context).ComputePointPairPenetration():
             b = pair.id_B.get_value()
             if b in self._ground:  # the usual contact: wheels on the floor
                 continue
             a = pair.id_A.get_value()
             if a not in self._ground and (a in self._robot) != (b in self._robot):
-                found.append((pair.id_A, pair.id_B) if a in self._robot else (pair.id_B, pair.id_A))
-        return found
+                found_contacts.append((pair.id_A, pair.id_B) if a in self._robot else (pair.id_B, pair.id_A))
+        return found_contacts
 
     def contact_message(self, context: Context) -> str:
         """As the simulator's, of what the robot touches now; empty without a contact."""
-        found = self.contacts(context)
-        if not found:
+        found_contacts = self.contacts(context)
+        if not found_contacts:
             return ""
-        struck = all(b.get_value() in self._moving_obstacles for _, b in found) and self._stands(context)
+        struck = all(b.get_value() in self._moving_obstacles for _, b in found_contacts) and self._stands(context)
         inspector = self._query.Eval(context).inspector()
-        a, b = (body_name(inspector, geometry) for geometry in found[0])
-        said = contact_said(STRUCK if struck else COLLISION, f"{a.rpartition('::')[2]} with {b}")
-        return f"{said} at {context.get_time():.3f} s"
+        a, b = (body_name(inspector, geometry) for geometry in found_contacts[0])
+        contact_text = contact_said(STRUCK if struck else COLLISION, f"{a.rpartition('::')[2]} with {b}")
+        return f"{contact_text} at {context.get_time():.3f} s"
 
     def _stands(self, context: Context) -> bool:
         """Whether no point of the footprint moves."""
         _, _, _, speed, turning = self._state.Eval(context).tolist()
-        return bool(fastest_point(speed, turning, self._own.lever) <= STANDING)
+        return bool(find_top_speed(speed, turning, self._own.lever) <= STANDING)
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         if self._bars is not None:
@@ -192,5 +192,5 @@ def contact_said(name: str, bodies: str) -> str:
 
 def contact_in(message: str) -> str | None:
     """The bodies of a message of `CollisionMonitor`, `base_link with crate`; None of any other message."""
-    found = re.match(rf"(?:{COLLISION} of|{STRUCK} on) (.+) (?:with|by) (.+) at ", message)
-    return f"{found[1]} with {found[2]}" if found else None
+    match = re.match(rf"(?:{COLLISION} of|{STRUCK} on) (.+) (?:with|by) (.+) at ", message)
+    return f"{match[1]} with {match[2]}" if match else None

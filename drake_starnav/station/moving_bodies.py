@@ -36,7 +36,7 @@ def add_moving_obstacles(
     model = plant.AddModelInstance(MOVING_OBSTACLES)
     starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
     inspector = scene_graph.model_inspector()
-    before = set(inspector.GetAllGeometryIds(Role.kProximity))
+    previous_geometries = set(inspector.GetAllGeometryIds(Role.kProximity))
     height = obstacle_height(plant, scene_graph)
     X_BG = RigidTransform([0.0, 0.0, 0.5 * height])
     for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
@@ -57,8 +57,10 @@ def add_moving_obstacles(
         plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
         plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*MOVING_OBSTACLE_COLOR, 1.0])
     robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]
-    others = before - {g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)}
-    moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - before))
+    others = previous_geometries - {
+        g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)
+    }
+    moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - previous_geometries))
     declaration = CollisionFilterDeclaration().ExcludeWithin(moving).ExcludeBetween(moving, GeometrySet(list(others)))
     scene_graph.collision_filter_manager().Apply(declaration)
 

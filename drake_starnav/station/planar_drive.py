@@ -54,7 +54,7 @@ class PlanarVelocityCommand(LeafSystem):
         declare_vector(self, "desired_state", 6, PlanarVelocityCommand._desired)
 
     def _desired(self, context: Context) -> tuple[float, ...]:
-        x, y, omega = self._robot.drive.saturated(self._twist.Eval(context), self._robot.limits).tolist()
+        x, y, omega = self._robot.drive.saturate(self._twist.Eval(context), self._robot.limits).tolist()
         yaw = float(self._state.Eval(context)[2])
         cosine, sine = math.cos(yaw), math.sin(yaw)
         return 0.0, 0.0, 0.0, cosine * x - sine * y, sine * x + cosine * y, omega

@@ -8,11 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteStateIndex, DiscreteValues, EventStatus, LeafSystem, State
 
-from drake_starnav.geometry.se2 import composed, now_in
-from drake_starnav.lidar.sensor_model import LidarParameters, Stream, arrives, random_numbers, released, scan_index
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
+from drake_starnav.lidar.sensor_model import (
+    LidarParameters,
+    Stream,
+    arrives,
+    draw_random_numbers,
+    find_released,
+    find_scan_index,
+)
 from drake_starnav.scenario.schema import LocalizationParameters
 from drake_starnav.systems.release import declare_vector
-from drake_starnav.utils.timing import begins_run
+from drake_starnav.utils.timing import is_new_run
 
 PLANAR = 3
 """Positions of a planar base, see `planar_drive`; a floating one has more."""
@@ -31,24 +38,24 @@ def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: fl
     It believed to be at `believed` at the true pose `before`. The error is a share of the distance travelled and of the
     angle turned.
     """
-    along, across, turn = now_in(before, now)
+    drift_along, drift_across, turn = find_pose_in_frame(before, now)
     direction, sign = _bias(seed)
-    astray = drift * complex(along, across) * direction
-    along, across = along + astray.real, across + astray.imag
-    return composed(believed, (along, across, turn * (1.0 + drift * sign)))
+    astray = drift * complex(drift_along, drift_across) * direction
+    drift_along, drift_across = drift_along + astray.real, drift_across + astray.imag
+    return compose_poses(believed, (drift_along, drift_across, turn * (1.0 + drift * sign)))
 
 
 @functools.lru_cache(maxsize=16)
 def _bias(seed: int) -> tuple[complex, float]:
     """The direction of a trial's drift relative to the robot's motion, a unit vector, and the sign of the heading's."""
-    generator = random_numbers(seed, Stream.DRIFT)
+    generator = draw_random_numbers(seed, Stream.DRIFT)
     angle = generator.uniform(-math.pi, math.pi)
     return complex(math.cos(angle), math.sin(angle)), 1.0 if generator.random() < 0.5 else -1.0
 
 
 def jumped(jump: float, seed: int, index: int) -> np.ndarray:
     """The jump of that index of the believed position, shape (2,), m: its size is given, its direction drawn."""
-    angle = random_numbers(seed, Stream.JUMP, index).uniform(-math.pi, math.pi)
+    angle = draw_random_numbers(seed, Stream.JUMP, index).uniform(-math.pi, math.pi)
     return jump * np.array((math.cos(angle), math.sin(angle)))
 
 
@@ -134,7 +141,7 @@ class PlanarLocalization(LeafSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(DRIFT_PERIOD, 0.0, self._drift)
 
     def _begin(self, context: Context, state: State) -> EventStatus:
-        if not begins_run(context.get_time(), context.get_discrete_state(self._updated)[0]):
+        if not is_new_run(context.get_time(), context.get_discrete_state(self._updated)[0]):
             return EventStatus.DidNothing()
         values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
@@ -149,7 +156,7 @@ class PlanarLocalization(LeafSystem):
         lidar, seed, waiting = stream
         values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
-        index = scan_index(context.get_time(), lidar.rate)
+        index = find_scan_index(context.get_time(), lidar.rate)
         if not arrives(lidar, seed, index):
             return EventStatus.Succeeded()
         group = waiting[index % len(waiting)] if waiting else self._scan_pose
@@ -158,7 +165,7 @@ class PlanarLocalization(LeafSystem):
 
     def _release(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
         lidar, seed, waiting = stream
-        index = released(lidar, seed, context.get_time())
+        index = find_released(lidar, seed, context.get_time())
         if index is None:
             return EventStatus.DidNothing()
         group = waiting[index % len(waiting)]
@@ -167,13 +174,13 @@ class PlanarLocalization(LeafSystem):
         return EventStatus.Succeeded()
 
     def _drift(self, context: Context, values: DiscreteValues) -> EventStatus:
-        anchor, now = context.get_discrete_state(self._anchor).value(), self._true_pose(context)
-        believed = drifted(anchor[3:], anchor[:3], now, self._error.drift, self._seed)
+        anchor, true_pose = context.get_discrete_state(self._anchor).value(), self._true_pose(context)
+        believed_pose = drifted(anchor[3:], anchor[:3], true_pose, self._error.drift, self._seed)
         time, interval = context.get_time(), self._error.jump_interval
         jump = math.floor(time / interval + 1e-9)
         if jump > 0 and jump > math.floor((time - DRIFT_PERIOD) / interval + 1e-9):
-            believed[:2] += jumped(self._error.jump, self._seed, jump)
-        values.set_value(self._anchor, np.concatenate((now, believed)))
+            believed_pose[:2] += jumped(self._error.jump, self._seed, jump)
+        values.set_value(self._anchor, np.concatenate((true_pose, believed_pose)))
         return EventStatus.Succeeded()
 
     def _true_pose(self, context: Context) -> np.ndarray:
@@ -184,7 +191,7 @@ class PlanarLocalization(LeafSystem):
         if self._error.exact:
             return pose
         anchor = context.get_discrete_state(self._anchor).value()
-        return composed(anchor[3:], now_in(anchor[:3], pose))
+        return compose_poses(anchor[3:], find_pose_in_frame(anchor[:3], pose))
 
     def _believed_state(self, context: Context) -> tuple[float, ...]:
         state = planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)

@@ -95,9 +95,10 @@ def advance(simulator: Simulator, time: float) -> SimulatorStatus:
         _check_finite(_parts(simulator.get_system(), MultibodyPlant), simulator.get_context())
         if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
             raise  # from a system in Python
-        now = simulator.get_context().get_time()
+        current_time = simulator.get_context().get_time()
         raise StarnavError(
-            f"simulation failed at {now:.3f} s: {said_by(error)}; allowed: robots and worlds that Drake can simulate"
+            f"simulation failed at {current_time:.3f} s: {said_by(error)}; allowed: robots and worlds that "
+            "Drake can simulate"
         ) from None
 
 
@@ -122,9 +123,10 @@ def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:
         if math.isfinite(state.sum()):
             continue
         names = (*plant.GetPositionNames(), *plant.GetVelocityNames())
-        found = next(f"{name} is {x:g}" for name, x in zip(names, state, strict=True) if not math.isfinite(x))
+        fault_text = next(f"{name} is {x:g}" for name, x in zip(names, state, strict=True) if not math.isfinite(x))
         raise StarnavError(
-            f"simulation failed at {context.get_time():.3f} s: in the plant {found}; allowed: robots and worlds that "
+            f"simulation failed at {context.get_time():.3f} s: in the plant {fault_text}; allowed: robots and "
+            "worlds that "
             "Drake can simulate"
         )
 
@@ -200,11 +202,11 @@ def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Cal
     """A struct of Drake's with some values over its defaults; each is tried where nothing comes to harm."""
     if not mapping:
         return defaults
-    known = yaml_load(data=yaml_dump_typed(defaults))
+    default_values = yaml_load(data=yaml_dump_typed(defaults))
     for key, value in mapping.items():
-        if key not in known:
-            raise unknown_name(f"key {place}.{key}", key, known)
-        if is_number(known[key]) and not (is_number(value) and LEAST.get(key, 0.0) <= value < math.inf):
+        if key not in default_values:
+            raise unknown_name(f"key {place}.{key}", key, default_values)
+        if is_number(default_values[key]) and not (is_number(value) and LEAST.get(key, 0.0) <= value < math.inf):
             raise StarnavError(f"{place}.{key} is {shown(value)}; allowed: {LEAST.get(key, 0.0):g} <= x")
         try:
             tried(yaml_load_typed(data=yaml_dump({key: value}), defaults=type(defaults)()))

@@ -67,12 +67,12 @@ def sticking_out(
 
     Links of `robot.overhangs` do not count.
     """
-    found = [
+    parts_outside = [
         (protrusion(declared.shape, each.points[:2].T, each.grown), each.link.name())
         for each in robot.extents(poses)
         if each.floor is not True and each.link.name() not in declared.overhangs.split()
     ]
-    return max(found, default=(0.0, "base_link"))
+    return max(parts_outside, default=(0.0, "base_link"))
 
 
 def overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) -> list[str]:
@@ -98,10 +98,10 @@ def undressed(root: ElementTree.Element, robot: RobotParameters) -> tuple[tuple[
     Returns from where to where the body reached, m, and whether the footprint is another than the model's.
     """
     own = RobotParameters(**own_body(robot.model))
-    changed = (robot.footprint, robot.radius) != (own.footprint, own.radius)
-    heights = _without_body(root, keeps_looks=not changed)
+    has_changed = (robot.footprint, robot.radius) != (own.footprint, own.radius)
+    heights = _without_body(root, keeps_looks=not has_changed)
     _place(root, robot, _growth(robot.shape, own.shape))
-    return heights, changed
+    return heights, has_changed
 
 
 def _growth(shape: Footprint, own: Footprint) -> float:
@@ -111,8 +111,8 @@ def _growth(shape: Footprint, own: Footprint) -> float:
 
 def own_body(model: str) -> dict[str, Any]:
     """`radius` or `footprint` of a shipped robot, as its file says."""
-    said = of_model(model, {}).get("robot", {})
-    return {key: said[key] for key in SHAPE if key in said}
+    robot_section = of_model(model, {}).get("robot", {})
+    return {key: robot_section[key] for key in SHAPE if key in robot_section}
 
 
 def _without_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[float, float]:
@@ -161,9 +161,9 @@ def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> 
             _scale_place(element, share)
             drawn_in = min(drawn_in, share) if element.tag == "collision" else drawn_in
     _scale_place(inertial, drawn_in)
-    looks = [(joint, [*root.iterfind(f"link[@name='{link_at(joint, 'child')}']/visual")]) for joint in wheels]
-    share = _share(robot.shape, growth, looks)
-    for joint, parts in looks:
+    visual_links = [(joint, [*root.iterfind(f"link[@name='{link_at(joint, 'child')}']/visual")]) for joint in wheels]
+    share = _share(robot.shape, growth, visual_links)
+    for joint, parts in visual_links:
         width = max(float(_print(part)[0][:, 1].max()) for part in parts)
         if share is None or share * abs(pose_of(joint).translation()[1]) <= width:  # it would be in its opposite
             _refuse_size(robot, link_at(joint, "child") or "")
@@ -173,9 +173,11 @@ def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> 
 
 
 def _refuse_size(robot: RobotParameters, link: str) -> NoReturn:
-    said = f"robot.footprint is {shown(robot.footprint)}" if robot.footprint else f"robot.radius is {robot.radius:g} m"
+    size_text = (
+        f"robot.footprint is {shown(robot.footprint)}" if robot.footprint else f"robot.radius is {robot.radius:g} m"
+    )
     raise StarnavError(
-        f"{said}, which has no room for link {link} of {robot.model}; allowed: a body that holds wheels and "
+        f"{size_text}, which has no room for link {link} of {robot.model}; allowed: a body that holds wheels and "
         "casters, drawn in towards its origin"
     )
 

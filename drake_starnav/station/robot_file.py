@@ -44,26 +44,26 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
         StarnavError: there is no such model, it cannot be read, or the footprint has no room for the wheels.
     """
     path = model_path("robots", f"{robot.model}.urdf")
-    shipped = os.path.isfile(path)
-    if not shipped:
+    is_file = os.path.isfile(path)
+    if not is_file:
         path = Path(robot.model)
         if path.suffix not in MODEL_FILES:
             names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
             raise StarnavError(
                 f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf or .xacro file"
             )
-    place, allowed = f"robot model {path}", "a URDF file with one robot"
-    data = read_bytes(path, place, allowed)
-    with reading(place, allowed):
+    place, allowed_text = f"robot model {path}", "a URDF file with one robot"
+    data = read_bytes(path, place, allowed_text)
+    with reading(place, allowed_text):
         root = parsed_xml(expanded(data, path, robot.xacro_args, place))
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)
     _name_base(root)
     _hang_on_base(root)
-    body, changed = None, False
-    if shipped:
-        body, changed = undressed(root, robot)
+    body, has_changed = None, False
+    if is_file:
+        body, has_changed = undressed(root, robot)
     inertial = root.find("link[@name='base_link']/inertial")
     if robot.mass_error != 0.0 and inertial is not None:
         for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
@@ -77,12 +77,12 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
     models.urdf(root, path.resolve())
     if models.unseen:
         warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
-    return ModelText(str(path), root, body, changed)
+    return ModelText(str(path), root, body, has_changed)
 
 
 def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
     """Fix all joints but the wheels', which turn without end and friction; returns the names of those that moved."""
-    held = []
+    held_joints = []
     for joint in root.iterfind("joint"):
         name = joint.get("name", "")
         parts: tuple[str, ...] = ("mimic", "dynamics", "safety_controller", "calibration")
@@ -92,12 +92,12 @@ def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
                 for end in ("lower", "upper"):
                     limit.attrib.pop(end, None)
         elif joint.get("type") != "fixed":
-            held.append(name)
+            held_joints.append(name)
             joint.set("type", "fixed")
             parts = (*parts, "axis", "limit")
         for part in [each for each in joint if each.tag in parts]:
             joint.remove(part)
-    return held
+    return held_joints
 
 
 def center(root: ElementTree.Element, x: float, y: float) -> None:
@@ -125,14 +125,16 @@ def _name_base(root: ElementTree.Element) -> None:
 
     def depth(link: str) -> int:
         """Number of links above it."""
-        seen: list[str | None] = [link]
-        while above.get(seen[-1]) not in (None, *seen):
-            seen.append(above[seen[-1]])
-        return len(seen)
+        seen_links: list[str | None] = [link]
+        while above.get(seen_links[-1]) not in (None, *seen_links):
+            seen_links.append(above[seen_links[-1]])
+        return len(seen_links)
 
     roots = [link for link in links if link != "world" and above.get(link) in (None, "world")]
-    named = [link for link in links if link.endswith("base_link")]
-    base = "base_link" if "base_link" in links else min(named, key=depth, default=roots[0] if len(roots) == 1 else "")
+    base_links = [link for link in links if link.endswith("base_link")]
+    base = (
+        "base_link" if "base_link" in links else min(base_links, key=depth, default=roots[0] if len(roots) == 1 else "")
+    )
     if base in ("", "base_link"):
         return
     for part in root.iter():

@@ -73,15 +73,15 @@ class RobotModel(NamedTuple):
 
     def shapes(self, *links: RigidBody) -> list[GeometryId]:
         """What still collides of links."""
-        found = (g for link in links for g in self.plant.GetCollisionGeometriesForBody(link))
-        return [g for g in found if self.inspector.GetProximityProperties(g) is not None]
+        found_geometries = (g for link in links for g in self.plant.GetCollisionGeometriesForBody(link))
+        return [g for g in found_geometries if self.inspector.GetProximityProperties(g) is not None]
 
     def carried(self, link: RigidBody) -> list[RigidBody]:
         """A link, and all that hang on it."""
-        joints_below, found = self._joints_below(), [link]
-        for body in found:  # grows
-            found += [joint.child_body() for joint in joints_below.get(body.index(), ())]
-        return found
+        joints_below, found_bodies = self._joints_below(), [link]
+        for body in found_bodies:  # grows
+            found_bodies += [joint.child_body() for joint in joints_below.get(body.index(), ())]
+        return found_bodies
 
     def poses(self) -> dict[BodyIndex, RigidTransform]:
         """Where its links are in base_link, with all joints at zero."""
@@ -110,9 +110,9 @@ class RobotModel(NamedTuple):
         for index, X_FL in poses.items():
             link = self.plant.get_body(index)
             for geometry in self.shapes(link):
-                points, grown = outline(self.inspector, geometry)
-                placed = (X_FL @ self.inspector.GetPoseInFrame(geometry)) @ points
-                yield Extent(link, geometry, placed, grown, floor_contact(self.inspector, geometry))
+                points, rounding_radius = outline(self.inspector, geometry)
+                placed_points = (X_FL @ self.inspector.GetPoseInFrame(geometry)) @ points
+                yield Extent(link, geometry, placed_points, rounding_radius, floor_contact(self.inspector, geometry))
 
     def lowest(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
         """How high the lowest point of links at poses is, m; infinite without shapes."""
@@ -149,9 +149,11 @@ class RobotModel(NamedTuple):
         """How high its highest frame is above the floor, m: twice that of a tilted one, as lidars see no farther up."""
         poses, plant = self.poses(), self.plant
         frames = (plant.get_frame(FrameIndex(k)) for k in range(plant.num_frames()))
-        placed = [poses[f.body().index()] @ f.GetFixedPoseInBodyFrame() for f in frames if f.body().index() in poses]
+        frame_poses = [
+            poses[f.body().index()] @ f.GetFixedPoseInBodyFrame() for f in frames if f.body().index() in poses
+        ]
         floor = min(self.lowest(poses), 0.0)
-        heights = [(X.translation()[2] - floor, abs(X.rotation().matrix()[2, 2])) for X in placed]
+        heights = [(X.translation()[2] - floor, abs(X.rotation().matrix()[2, 2])) for X in frame_poses]
         return max(float(z) * (1.0 if upright > math.cos(TOLERANCE) else 2.0) for z, upright in heights)
 
     def keep_off_floor(self, geometry: GeometryId, properties: ProximityProperties) -> None:
@@ -244,7 +246,7 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
     """
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     on = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
-    welded = {joint.child_body().index() for joint in joints if joint.num_velocities() == 0}
+    welded_links = {joint.child_body().index() for joint in joints if joint.num_velocities() == 0}
     heavy = {plant.world_body().index()}
     root_of: dict[BodyIndex, BodyIndex | None] = {}  # of what carries a mass; None if a joint on the way to it moves
     for body in map(BodyIndex, range(1, plant.num_bodies())):
@@ -255,11 +257,11 @@ def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[s
                 carrier = on[carrier]
             root: BodyIndex | None = root_of.get(carrier, carrier)
             for link in reversed(chain):
-                root = root_of[link] = root if link in welded else None
+                root = root_of[link] = root if link in welded_links else None
             if root is not None:
                 heavy.add(root)
-    held = heavy | root_of.keys() | welded
-    return [plant.get_body(body).name() for body in bodies if body not in held]
+    held_links = heavy | root_of.keys() | welded_links
+    return [plant.get_body(body).name() for body in bodies if body not in held_links]
 
 
 class Drive(NamedTuple):
@@ -309,8 +311,8 @@ def standing(robot: RobotModel, floor: float) -> tuple[float, float, float]:
         link = robot.plant.get_body(index)
         masses.append((link.default_mass(), float((X_BL @ link.default_com())[0])))
     mass, x = np.array(masses).T
-    stands = [float(each.points[0].mean()) for each in robot.extents(poses) if each.low < floor + 1e-3]
-    return min(stands), max(stands), float(mass @ x / mass.sum())
+    standing_places = [float(each.points[0].mean()) for each in robot.extents(poses) if each.low < floor + 1e-3]
+    return min(standing_places), max(standing_places), float(mass @ x / mass.sum())
 
 
 def drive_ability(robot: RobotModel) -> tuple[float, float]:

@@ -91,25 +91,25 @@ class RobotInterface(Diagram):
         self.model = self.robot_model = model
         self.moving_obstacle_geometries, self.world = (), None  # nobody knows what the plant holds
         self.continuous = plant.time_step() == 0.0
-        placed = RobotModel(plant, scene_graph, model)
-        _check_added(placed, planar=self.robot.drive.holonomic)
+        robot_model = RobotModel(plant, scene_graph, model)
+        _check_added(robot_model, planar=self.robot.drive.holonomic)
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
         bodies = joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
-        self.longest_step = placed.longest_step()
-        self._drive = None if self.robot.drive.holonomic else drive_geometry(placed)
-        self.sticking_out = functools.partial(sticking_out, placed, poses)
+        self.longest_step = robot_model.longest_step()
+        self._drive = None if self.robot.drive.holonomic else drive_geometry(robot_model)
+        self.sticking_out = functools.partial(sticking_out, robot_model, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
         self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
-        places = lidar_poses(placed, self.lidars)
-        lift = plant.EvalBodyPoseInWorld(context, placed.base).translation()[2]
-        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), placed.top(on=poses)
-        self.body_top = placed.top(self.robot.overhangs.split(), on=poses)
-        self.reach = math.inf if carried else placed.reach(poses)
+        places = lidar_poses(robot_model, self.lidars)
+        lift = plant.EvalBodyPoseInWorld(context, robot_model.base).translation()[2]
+        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), robot_model.top(on=poses)
+        self.body_top = robot_model.top(self.robot.overhangs.split(), on=poses)
+        self.reach = math.inf if carried else robot_model.reach(poses)
         self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
@@ -133,9 +133,9 @@ class RobotInterface(Diagram):
         )
         wheels = builder.AddNamedSystem("wheels", command_of)
         query = [sensor.GetInputPort("geometry_query") for sensor in sensors.values()]
-        exported = builder.ExportInput(query[0], "geometry_query")
+        exported_port = builder.ExportInput(query[0], "geometry_query")
         for port in query[1:]:
-            builder.ConnectInput(exported, port)
+            builder.ConnectInput(exported_port, port)
         command, turning = self._add_drive_faults(builder, wheels, seed)
         state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
         if self._drive is None:
@@ -150,7 +150,7 @@ class RobotInterface(Diagram):
             builder.ExportOutput(turning, "desired_state")
         else:
             builder.AddNamedSystem("steps_check", StepsCheck())
-            servo = builder.AddNamedSystem("servo", WheelServo(placed))
+            servo = builder.AddNamedSystem("servo", WheelServo(robot_model))
             builder.Connect(turning, servo.GetInputPort("desired_state"))
             builder.ConnectInput(state, servo.GetInputPort("multibody_state"))
             builder.ExportOutput(servo.GetOutputPort("actuation"), "actuation")
@@ -174,10 +174,10 @@ class RobotInterface(Diagram):
     def _keep_to_the_floor(self) -> None:
         """Let some shapes of the robot touch nothing but the floor, and some anything but it."""
         inspector, filters = self.scene_graph.model_inspector(), CollisionFilterDeclaration()
-        said = {geometry: floor_contact(inspector, geometry) for geometry in self.robot_geometries}
+        contact_texts = {geometry: floor_contact(inspector, geometry) for geometry in self.robot_geometries}
         others = set(inspector.GetAllGeometryIds(Role.kProximity)) - set(self.floor)
-        for only, kept_from in ((True, others), (False, self.floor)):
-            shapes = [geometry for geometry, floor in said.items() if floor is only]
+        for floor_only, kept_from in ((True, others), (False, self.floor)):
+            shapes = [geometry for geometry, floor in contact_texts.items() if floor is floor_only]
             filters.ExcludeBetween(GeometrySet(shapes), GeometrySet(list(kept_from)))
         self.scene_graph.collision_filter_manager().Apply(filters)
 
@@ -201,9 +201,9 @@ class RobotInterface(Diagram):
 
 def _check_added(robot: RobotModel, *, planar: bool) -> None:
     """Raise a `StarnavError` for a model that a parser added, without what `add_robot` gives it."""
-    based = robot.plant.HasBodyNamed("base_link", robot.index)
+    has_base = robot.plant.HasBodyNamed("base_link", robot.index)
     floors = (floor_contact(robot.inspector, shape) for shape in robot.shapes(*robot.links))
-    if not based or not robot.wheels or not (planar or any(floors)):
+    if not has_base or not robot.wheels or not (planar or any(floors)):
         raise StarnavError(
             f"model {robot.plant.GetModelInstanceName(robot.index)} of the plant is not one of add_robot, which finds "
             "its wheels and lets them roll; allowed: add_robot(plant, scene_graph, scenario.robot, start), its file "
@@ -216,10 +216,10 @@ def joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Body
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     pairs = [{joint.parent_body().index(), joint.child_body().index()} for joint in joints]
     pairs = [pair for pair in pairs if plant.world_body().index() not in pair]
-    found = set(plant.GetBodyIndices(model))
-    while grown := {index for pair in pairs if pair & found for index in pair} - found:
-        found |= grown
-    return sorted(found)
+    found_bodies = set(plant.GetBodyIndices(model))
+    while new_bodies := {index for pair in pairs if pair & found_bodies for index in pair} - found_bodies:
+        found_bodies |= new_bodies
+    return sorted(found_bodies)
 
 
 def delay_steps(drive: DriveParameters, time_step: float) -> int:

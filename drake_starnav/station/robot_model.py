@@ -64,12 +64,12 @@ def add_robot(
         StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, it has no wheels on
             both sides, or it sticks out of its footprint.
     """
-    path, root, body, changed = robot_urdf(robot)
+    path, root, body, has_changed = robot_urdf(robot)
     sketch, scene, wheels = *_empty_plant(), None
     read = RobotModel(sketch, scene, _parsed(Parser(sketch), root, path))
-    faults, based = [], sketch.HasBodyNamed("base_link", read.index)  # else there is nothing from which to measure
-    planar = robot.drive.holonomic and based
-    if based and not planar:
+    faults, has_base = [], sketch.HasBodyNamed("base_link", read.index)  # else there is nothing from which to measure
+    planar = robot.drive.holonomic and has_base
+    if has_base and not planar:
         try:
             wheels = found_wheels(read, robot.wheel_joints)
         except ValueError as error:
@@ -77,29 +77,29 @@ def add_robot(
     names = () if wheels is None else (*wheels.left, *wheels.right)
     if wheels is not None and max(map(abs, wheels.middle)) > 1e-6:
         center(root, *wheels.middle)
-    held = hold(root, names)
-    if held and (planar or wheels is not None):
-        warnings.warn(f"robot model {path}: joints held still: {', '.join(held)}", stacklevel=2)
-    placed = RobotModel(plant, scene_graph, _parsed(Parser(plant, model_name_prefix=name), root, path))
+    held_joints = hold(root, names)
+    if held_joints and (planar or wheels is not None):
+        warnings.warn(f"robot model {path}: joints held still: {', '.join(held_joints)}", stacklevel=2)
+    robot_model = RobotModel(plant, scene_graph, _parsed(Parser(plant, model_name_prefix=name), root, path))
     if body is not None:
-        add_body(placed, robot.shape, body)
-        if changed:
-            add_looks(placed, robot.shape, body, root)
+        add_body(robot_model, robot.shape, body)
+        if has_changed:
+            add_looks(robot_model, robot.shape, body, root)
     floor = None
     if planar:
-        put_on_joints(placed, max(0.0, -placed.lowest(placed.poses())), start)
+        put_on_joints(robot_model, max(0.0, -robot_model.lowest(robot_model.poses())), start)
     elif wheels is not None:
-        floor = stand_on_wheels(placed, wheels, [effort(root, joint) for joint in names])
-    faults += model_faults(placed, robot, floor)
+        floor = stand_on_wheels(robot_model, wheels, [effort(root, joint) for joint in names])
+    faults += model_faults(robot_model, robot, floor)
     if faults:
-        counted = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
-        raise StarnavError(f"robot model {path}: {'; '.join(counted)}")
+        fault_texts = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
+        raise StarnavError(f"robot model {path}: {'; '.join(fault_texts)}")
     if floor is not None:
-        _set_gains(placed)
-        _free_wheels(placed)
+        _set_gains(robot_model)
+        _free_wheels(robot_model)
         X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], -floor])
-        plant.SetDefaultFloatingBaseBodyPose(placed.base, X_WB)
-    return placed.index
+        plant.SetDefaultFloatingBaseBodyPose(robot_model.base, X_WB)
+    return robot_model.index
 
 
 def _empty_plant() -> tuple[MultibodyPlant, SceneGraph]:
@@ -114,11 +114,11 @@ def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstan
 
     def said(message: str) -> str:
         """A message with the link instead of a line of a file that nobody has."""
-        found = re.match(r"<literal-string>\.urdf:(\d+): (?:error|warning): ", message)
-        if found is None:
+        match = re.match(r"<literal-string>\.urdf:(\d+): (?:error|warning): ", message)
+        if match is None:
             return message
-        links = re.findall(r'<link name="([^"]*)"', "\n".join(text.splitlines()[: int(found[1])]))
-        return f"link {links[-1]}: {message[found.end() :]}" if links else message[found.end() :]
+        links = re.findall(r'<link name="([^"]*)"', "\n".join(text.splitlines()[: int(match[1])]))
+        return f"link {links[-1]}: {message[match.end() :]}" if links else message[match.end() :]
 
     with parsing(f"robot model {path}", "a URDF file with one robot", said):
         (model,) = parser.AddModelsFromString(text, "urdf")
@@ -135,10 +135,10 @@ def _set_gains(robot: RobotModel) -> None:
 
 def _free_wheels(robot: RobotModel) -> None:
     """Let the wheels touch no link of their robot: Drake excepts only the one that their joint hangs on."""
-    turned = [part for joint in robot.wheels for part in robot.carried(joint.child_body())]
-    wheels, all_of_them = (GeometrySet(robot.shapes(*links)) for links in (turned, robot.links))
-    apart = CollisionFilterDeclaration().ExcludeBetween(wheels, all_of_them)
-    robot.scene_graph.collision_filter_manager().Apply(apart)
+    turned_parts = [part for joint in robot.wheels for part in robot.carried(joint.child_body())]
+    wheels, all_of_them = (GeometrySet(robot.shapes(*links)) for links in (turned_parts, robot.links))
+    filter_declaration = CollisionFilterDeclaration().ExcludeBetween(wheels, all_of_them)
+    robot.scene_graph.collision_filter_manager().Apply(filter_declaration)
 
 
 def with_own_shape(scenario: Scenario) -> Scenario:
@@ -173,12 +173,12 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
 
     `floor`: its height in base_link, m; None if the model has no wheels.
     """
-    based = robot.plant.HasBodyNamed("base_link", robot.index)
-    if not based:
+    has_base = robot.plant.HasBodyNamed("base_link", robot.index)
+    if not has_base:
         yield "it has no link base_link; allowed: link base_link, whose x axis is the robot's heading"
     for name in massless_links(robot.plant, robot.plant.GetBodyIndices(robot.index)):
         yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
-    if not based:
+    if not has_base:
         return
     by, link = sticking_out(robot, robot.poses(), declared)
     if by > TOLERANCE:
@@ -186,23 +186,28 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
     yield from overhang_faults(robot, declared, 0.0 if floor is None else floor)
     if floor is None:
         return
-    pushes, turns = drive_ability(robot)
+    pushing_ability, turning_ability = drive_ability(robot)
     for name in ("max_acceleration", "max_deceleration"):
-        if pushes < (asked := getattr(declared, name)):
+        if pushing_ability < (asked_acceleration := getattr(declared, name)):
             yield (
-                f"its wheels push it with at most {pushes:.3g} m/s^2, and robot.{name} is {asked:g} m/s^2; allowed: no "
+                f"its wheels push it with at most {pushing_ability:.3g} m/s^2, and robot.{name} is "
+                f"{asked_acceleration:g} m/s^2; allowed: no "
                 "more, a larger effort of their joints, or less mass"
             )
-    most, asked = turns / SPARE_GRIP, declared.max_yaw_acceleration
-    said = f"robot.max_yaw_acceleration is {asked:g} rad/s^2"
+    top_acceleration, asked_acceleration = turning_ability / SPARE_GRIP, declared.max_yaw_acceleration
+    fault_text = f"robot.max_yaw_acceleration is {asked_acceleration:g} rad/s^2"
     if not declared.drive.turns_on_the_spot:  # it speeds up or brakes on its tightest circle, and steers
         hardest = max(declared.limits.max_acceleration, declared.limits.max_deceleration)
-        asked += hardest / declared.least_radius
-        said = f"{asked:.3g} rad/s^2 are asked of them, by {said} and robot.max_acceleration or max_deceleration "
-        said += f"{hardest:g} m/s^2 on circles of robot.least_radius {declared.least_radius:g} m"
-    if most < asked:
+        asked_acceleration += hardest / declared.least_radius
+        fault_text = (
+            f"{asked_acceleration:.3g} rad/s^2 are asked of them, by {fault_text} and "
+            "robot.max_acceleration or max_deceleration "
+        )
+        fault_text += f"{hardest:g} m/s^2 on circles of robot.least_radius {declared.least_radius:g} m"
+    if top_acceleration < asked_acceleration:
         yield (
-            f"its wheels turn it with at most {most:.3g} rad/s^2, and {said}; allowed: no more, wheels farther apart, "
+            f"its wheels turn it with at most {top_acceleration:.3g} rad/s^2, and {fault_text}; allowed: no "
+            "more, wheels farther apart, "
             "a larger effort of their joints, or less inertia about the axis"
         )
     least, largest, middle = standing(robot, floor)

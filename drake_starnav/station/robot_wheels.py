@@ -117,24 +117,24 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
     spans = [_span(robot, joint) for joint in joints]
     axles = [(poses[joint.child_body().index()] @ _axle(joint)).translation() for joint in joints]
     floor = min(float(axle[2]) - span.radius for axle, span in zip(axles, spans, strict=True))
-    grips = [abs(axle[0]) <= OPPOSITE for axle in axles]
-    turned = set()
-    for joint, span, axle, grip, effort in zip(joints, spans, axles, grips, efforts, strict=True):
+    is_opposite = [abs(axle[0]) <= OPPOSITE for axle in axles]
+    turned_bodies = set()
+    for joint, span, axle, grip, effort in zip(joints, spans, axles, is_opposite, efforts, strict=True):
         robot.plant.AddJointActuator(joint.name(), joint, effort)
         radius = float(axle[2]) - floor
         _roll(robot, joint, span._replace(radius=radius if grip else radius - LIFTED), slides=not grip)
-        turned |= {body.index() for body in robot.carried(joint.child_body())}
-    if not any(grips):
+        turned_bodies |= {body.index() for body in robot.carried(joint.child_body())}
+    if not any(is_opposite):
         for name, side in (("left_grip", axles[: len(wheels.left)]), ("right_grip", axles[len(wheels.left) :])):
             _, y, z = np.mean(side, axis=0)
             _add_grip(robot, name, np.array([0.0, y, z]), float(z) - floor)
-    stands = [float(axle[0]) for axle, grip in zip(axles, grips, strict=True) if not grip]
+    support_places = [float(axle[0]) for axle, grip in zip(axles, is_opposite, strict=True) if not grip]
     for index, X_BL in poses.items():
-        if index not in turned:
-            stands += _slide(robot, index, X_BL, floor)
-    far = max(map(abs, stands), default=0.5 * float(np.ptp([axle[1] for axle in axles])))
-    for end in (-far, far):
-        if not any(x * end > 0.0 for x in stands):
+        if index not in turned_bodies:
+            support_places += _slide(robot, index, X_BL, floor)
+    farthest_support = max(map(abs, support_places), default=0.5 * float(np.ptp([axle[1] for axle in axles])))
+    for end in (-farthest_support, farthest_support):
+        if not any(x * end > 0.0 for x in support_places):
             place = RigidTransform([end, 0.0, floor + LIFTED + CASTER_RADIUS])
             _register(robot, robot.base, place, CASTER_RADIUS, None)
     return floor
@@ -142,7 +142,7 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
 
 def _turning(robot: RobotModel) -> list[_Turning]:
     """The joints of a model about y or -y that hang on no swivel, and that no other such joint hangs on."""
-    poses, found, joints = robot.poses(), [], robot.joints
+    poses, turning_joints, joints = robot.poses(), [], robot.joints
     above = {joint.child_body().index(): joint for joint in joints}
     axes = {
         joint.name(): (poses[joint.child_body().index()] @ _axle(joint)).rotation() @ ALONG_Z
@@ -160,8 +160,8 @@ def _turning(robot: RobotModel) -> list[_Turning]:
         if swivels or arm or abs(axis[1]) < ALONG:
             continue
         low = robot.lowest({part.index(): poses[part.index()] for part in below})
-        found.append(_Turning(name, (poses[joint.child_body().index()] @ _axle(joint)).translation(), low))
-    return found
+        turning_joints.append(_Turning(name, (poses[joint.child_body().index()] @ _axle(joint)).translation(), low))
+    return turning_joints
 
 
 def _pairs(turning: list[_Turning]) -> list[tuple[_Turning, _Turning]]:
@@ -233,8 +233,8 @@ def _register(
     if grip is None:
         properties.AddProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
     name = f"{link.name()}_on_floor"
-    taken = {robot.inspector.GetName(g).rpartition("::")[2] for g in robot.shapes(link)}
-    while name in taken:
+    taken_names = {robot.inspector.GetName(g).rpartition("::")[2] for g in robot.shapes(link)}
+    while name in taken_names:
         name += "_"
     set_floor_contact(properties, True)
     robot.plant.RegisterCollisionGeometry(link, X_LG, Sphere(radius), name, properties)
@@ -258,13 +258,13 @@ def _slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, floor: floa
 
     A sphere just above the floor stays; else a sphere without friction, that touches only the floor, comes beneath.
     """
-    stands = []
+    support_places = []
     for each in list(robot.extents({link: X_BL})):
         clearance = each.low - floor
         if not -0.006 <= clearance < CASTER_CLEARANCE:  # m; a caster may lie a little lower than the wheels in a model
             continue
         bottom = each.points[:, each.points[2] < each.points[2].min() + 1e-3].mean(axis=1)
-        stands.append(float(bottom[0]))
+        support_places.append(float(bottom[0]))
         properties = ProximityProperties(robot.inspector.GetProximityProperties(each.geometry))
         is_sphere = isinstance(robot.inspector.GetShape(each.geometry), Sphere)
         if is_sphere and 0.5 * LIFTED < clearance < 2.0 * LIFTED:
@@ -275,4 +275,4 @@ def _slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, floor: floa
         robot.keep_off_floor(each.geometry, properties)
         place = X_BL.inverse() @ np.array([*bottom[:2], floor + LIFTED + CASTER_RADIUS])
         _register(robot, each.link, RigidTransform(place), CASTER_RADIUS, None)
-    return stands
+    return support_places

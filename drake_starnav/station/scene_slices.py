@@ -33,7 +33,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.geometry.plane_slices import EVERYWHERE, Slab, Solids, scan_planes, slice_solids
+from drake_starnav.geometry.plane_slices import EVERYWHERE, Slab, Solids, find_scan_planes, slice_solids
 from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
 from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
@@ -118,7 +118,7 @@ class SceneSlices:
         for k, frame in enumerate(self._frames[1:], start=1):
             X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
         first = X_WS if X_WS_begin is None else X_WS_begin
-        keys, planes, (begin, end), stale = scan_planes(X_WF, first, X_WS, self._keys)
+        keys, planes, (begin, end), stale = find_scan_planes(X_WF, first, X_WS, self._keys)
         x, y, _ = end[0].tolist()
         reach = range_max + math.dist((x, y), begin[0, :2].tolist())
         if math.dist((x, y), self._kept[:2]) + reach > self._kept[2]:

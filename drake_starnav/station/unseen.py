@@ -52,8 +52,8 @@ def warn_of_unseen(
         if geometry not in robots[0].floor and not isinstance(inspector.GetShape(geometry), HalfSpace)
     ]
     for robot in robots:
-        beyond = {inspector.GetName(each): _beyond_sight(inspector, each, X_WG, robot) for each, X_WG in standing}
-        _warn(world, robot, {name: by for name, by in beyond.items() if by > UNSEEN})
+        beyond_sight = {inspector.GetName(each): _beyond_sight(inspector, each, X_WG, robot) for each, X_WG in standing}
+        _warn(world, robot, {name: by for name, by in beyond_sight.items() if by > UNSEEN})
 
 
 def _warn(world: World, robot: RobotInterface, hidden: dict[str, float]) -> None:
@@ -74,15 +74,15 @@ def _beyond_sight(
     inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, robot: RobotInterface
 ) -> float:
     """How far a shape reaches beyond what lidars see of it, m; of what they do not see, all counts."""
-    struck, beyond = _shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
+    struck, greatest_distance = _shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
     for lift in () if struck.is_empty else (-GRAZED, GRAZED):
         cuts = [_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
-        seen = shapely.union_all(cuts)
-        if seen.is_empty:
+        seen_area = shapely.union_all(cuts)
+        if seen_area.is_empty:
             return float(np.ptp(shapely.get_coordinates(struck), axis=0).max())
-        if not seen.buffer(UNSEEN).contains(struck):
-            beyond = max(beyond, shapely.hausdorff_distance(struck, seen, 0.1))
-    return beyond
+        if not seen_area.buffer(UNSEEN).contains(struck):
+            greatest_distance = max(greatest_distance, shapely.hausdorff_distance(struck, seen_area, 0.1))
+    return greatest_distance
 
 
 def _shadow(

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import MatrixGain, Multiplexer
 
-from drake_starnav.lidar.sensor_model import Stream, random_numbers
+from drake_starnav.lidar.sensor_model import Stream, draw_random_numbers
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.robot_geometry import Drive, RobotModel, wheel_rates
 from drake_starnav.systems.release import declare_vector
@@ -42,7 +42,7 @@ class WheelSpeedCommand(LeafSystem):
         declare_vector(self, "desired_state", 2 * len(drive.radii), WheelSpeedCommand._desired, {self._twist.ticket()})
 
     def _desired(self, context: Context) -> list:
-        twist = self._base.saturated(self._twist.Eval(context), self._limits).tolist()
+        twist = self._base.saturate(self._twist.Eval(context), self._limits).tolist()
         return self._angles + self._drive.rates(*self._base.body_rates(twist))
 
 
@@ -68,10 +68,10 @@ class WheelSlip(LeafSystem):
         declare_vector(self, "slipping_state", 2 * len(sides), WheelSlip._slipping)
 
     def _slipping(self, context: Context) -> np.ndarray:
-        desired = self._desired.Eval(context).copy()
+        desired_twist = self._desired.Eval(context).copy()
         shares = wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
-        desired[len(self._sides) :] *= shares[self._sides]
-        return desired
+        desired_twist[len(self._sides) :] *= shares[self._sides]
+        return desired_twist
 
 
 class WheelServo(Diagram):
@@ -134,4 +134,4 @@ class StepsCheck(LeafSystem):
 def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
     """The share of its speed that each wheel, left and right, keeps in a second of that index; it may lose up to
     `slip`."""
-    return 1.0 - slip * random_numbers(seed, Stream.SLIP, index).random(2)
+    return 1.0 - slip * draw_random_numbers(seed, Stream.SLIP, index).random(2)

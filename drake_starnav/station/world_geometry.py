@@ -81,12 +81,12 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
 
 def obstacle_height(plant: MultibodyPlant, scene_graph: SceneGraph) -> float:
     """Height of prisms, cylinders and walls in a plant, m: its robots and their lidars are lower."""
-    needed = OBSTACLE_HEIGHT
+    needed_height = OBSTACLE_HEIGHT
     for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
         if plant.HasBodyNamed("base_link", model):
             robot = RobotModel(plant, scene_graph, model)
-            needed = max(needed, robot.top() + OVERHEAD, robot.highest_frame() + OVERHEAD)
-    return needed
+            needed_height = max(needed_height, robot.top() + OVERHEAD, robot.highest_frame() + OVERHEAD)
+    return needed_height
 
 
 def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | None = None) -> None:
@@ -103,10 +103,10 @@ def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | Non
     parts, solid = {}, surface_world(world) is None
     for k, polygon in enumerate(world.polygons):
         parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(convex_parts(polygon))})
-    together = not solid or len(parts) > MOST_LOOKS
+    is_one_body = not solid or len(parts) > MOST_LOOKS
     for name, part in parts.items() if solid else ():
-        _add(plant, name, *_prism(part, height, name), None if together else OBSTACLE_COLOR)
-    if together:
+        _add(plant, name, *_prism(part, height, name), None if is_one_body else OBSTACLE_COLOR)
+    if is_one_body:
         add_surface(plant, _prisms_mesh(list(parts.values()), height), "polygons_visual", seen=not solid)
     if world.bounds is not None:
         for side, (cx, cy, length, width) in _walls(world.bounds).items():

@@ -16,7 +16,7 @@ CONNECTED_CHORD = 0.6
 
 
 @kernel
-def half_gaps(distance, beams):
+def measure_half_gaps(distance, beams):
     """Return half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
@@ -25,7 +25,7 @@ def half_gaps(distance, beams):
     """
     n, silent = len(distance), beams.kinds & (MOVING | LOST) != 0
     range_max, increment, seam = beams.range_max, beams.increment, beams.seam
-    connected = CONNECTED_CHORD * beams.cover_radius
+    connected_chord = CONNECTED_CHORD * beams.cover_radius
     out = np.zeros(n)
     neighbouring = math.cos(increment)
     for i in range(n):
@@ -41,7 +41,7 @@ def half_gaps(distance, beams):
             continue
         angle = steps * increment if j > i else (steps - 1) * increment + seam
         length = third_side(a, b, neighbouring if angle == increment else math.cos(angle))
-        if length < connected:
+        if length < connected_chord:
             out[i] = max(out[i], 0.5 * length)
             out[j] = max(out[j], 0.5 * length)
     return out

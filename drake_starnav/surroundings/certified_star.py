@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, place_ends
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, points_to_bearings
 from drake_starnav.surroundings.erosion import DiscInView, erode, within_sight
 from drake_starnav.surroundings.recent_hits import Hits
@@ -89,9 +89,9 @@ class CertifiedStar:
         """Return the star in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
         return dataclasses.replace(
             self,
-            center=placed(frame, self.center[None])[0],
+            center=transform_points(frame, self.center[None])[0],
             bearing_0=self.bearing_0 + float(frame[2]),
-            boundary=self.boundary._replace(points=placed(frame, self.boundary.points)),
+            boundary=self.boundary._replace(points=transform_points(frame, self.boundary.points)),
         )
 
 
@@ -123,14 +123,14 @@ def certify_star(
 def _certify_star(disc, points, gaps, center, yaw, bearing_0, reach):
     """Return values of the star, and points and half gaps of its boundary; arguments as of `certify_star`."""
     beams, radius, (x, y) = disc.beams, disc.radius, center
-    measured = beams.distances
+    distances = beams.distances
     if disc.is_merged or not beams.complete:  # space behind lost beams of the last scan is not certified
-        ends = (beams.kinds & (LOST | HIT * disc.is_merged) != 0) & (measured < beams.range_max)
+        ends_early = (beams.kinds & (LOST | HIT * disc.is_merged) != 0) & (distances < beams.range_max)
         cosine, sine = math.cos(yaw), math.sin(yaw)
-        edge = placed_ends(beams.directions, np.maximum(measured, NEAREST), ends, x, y, cosine, sine)
+        edge = place_ends(beams.directions, np.maximum(distances, NEAREST), ends_early, x, y, cosine, sine)
         points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     cosines, sines_squared = disc.tables
-    within = reach + radius + CONNECTED_CHORD * beams.cover_radius  # farther hits restrict nothing
-    nearest, gap, offset = points_to_bearings(points, gaps, x, y, bearing_0, within, len(cosines))
+    hit_range = reach + radius + CONNECTED_CHORD * beams.cover_radius  # farther hits restrict nothing
+    nearest, gap, offset = points_to_bearings(points, gaps, x, y, bearing_0, hit_range, len(cosines))
     limit = within_sight(disc.limit, beams, radius)
     return erode(nearest, gap, offset, radius, limit, cosines, sines_squared), points, gaps

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel, largest
+from drake_starnav.geometry.compiled import find_largest, kernel
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LOST, MOVING, Beams, LaserScan
-from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
+from drake_starnav.surroundings.bearing_hits import beams_to_bearings, measure_half_gaps
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, with_passages
+from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, add_passages
 from drake_starnav.surroundings.piecewise_cubic import JUMP
 
 BEARINGS = 720
@@ -50,7 +50,7 @@ class DiscInView(NamedTuple):
         limit: as of `free_limit`, shape (M,), m.
         radius: of the disc without margin, m.
         margins: margin and least margin, m.
-        tables: as of `bearing_tables`.
+        tables: as of `make_bearing_tables`.
         is_merged: whether the scan is `merged`: what is unknown then ends rays, but is no wall.
     """
 
@@ -70,12 +70,14 @@ class DiscInView(NamedTuple):
         samples: int = 0,
     ) -> "DiscInView":
         """Return one that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
-        samples, within = samples or bearing_count(scan), radius + margins[0]
-        limit = free_limit(field_of_view(scan), samples, max(min(scan.range_max, reach + within) - within, 0.0))
-        return DiscInView(scan.beams, limit, radius, margins, bearing_tables(samples), scan.merged)
+        samples, reach_of_disc = samples or count_bearings(scan), radius + margins[0]
+        limit = free_limit(
+            field_of_view(scan), samples, max(min(scan.range_max, reach + reach_of_disc) - reach_of_disc, 0.0)
+        )
+        return DiscInView(scan.beams, limit, radius, margins, make_bearing_tables(samples), scan.merged)
 
 
-def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
+def smooth_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHING_BEAMS) -> np.ndarray:
     """Return smoothed ranges, shape (n,), m; corners and separate surfaces are preserved.
 
     Args:
@@ -83,10 +85,10 @@ def smoothed_distances(scan: LaserScan, slack: float = 0.0, beams: int = SMOOTHI
         slack: additional range step within a surface, and additional change, m.
         beams: half width of the moving average.
     """
-    return moving_average(scan.beams, beams, slack)
+    return average_neighbours(scan.beams, beams, slack)
 
 
-def bearing_count(scan: LaserScan) -> int:
+def count_bearings(scan: LaserScan) -> int:
     """Return the number of samples M: a multiple of the steps of a full-circle scan, so that samples lie on beams."""
     if not scan.full_circle:
         return BEARINGS
@@ -113,7 +115,7 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
 
     Args:
         scan: in the sensor frame S at the robot's centre.
-        distance: shape (n,), the scan's `smoothed_distances`, m.
+        distance: shape (n,), the scan's `smooth_distances`, m.
         radius: of the robot, without margin, m.
         margins: preferred and least.
         samples: M; 0: as many as suit the scan.
@@ -126,7 +128,7 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
 
 
 @lru_cache(maxsize=16)
-def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
+def make_bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
     """Return cos and sin^2 of every difference of two bearings."""
     angle = 2.0 * math.pi / samples * np.arange(samples)
     return np.cos(angle), np.sin(angle) ** 2
@@ -136,40 +138,40 @@ def bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 def disc_range(distance, disc):
     """Return values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `DiscInView`."""
     beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
-    samples, inflated, shut = len(cosine), radius + margin, SHUT * radius
+    samples, inflated_radius, shut = len(cosine), radius + margin, SHUT * radius
     if is_merged and samples == len(distance):
         limit, distance = limit.copy(), distance.copy()
         for i in range(samples):
             if beams.kinds[i] & LOST:
-                limit[i] = min(limit[i], max(distance[i] - inflated, 0.0))
+                limit[i] = min(limit[i], max(distance[i] - inflated_radius, 0.0))
                 distance[i] = beams.range_max
-    gap = half_gaps(distance, beams)
+    gap = measure_half_gaps(distance, beams)
     hits = beams_to_bearings(distance, gap, beams, samples)
-    sight = within_sight(limit, beams, inflated)
-    free = erode(hits[0], hits[1], hits[2], inflated, sight, cosine, squares)
+    sight = within_sight(limit, beams, inflated_radius)
+    free = erode(hits[0], hits[1], hits[2], inflated_radius, sight, cosine, squares)
     # First test whether the least margin opens any passage at all; it rarely does.
     look = np.zeros(samples)
     for i in range(samples):
         if free[i] < shut:
             look[i] = min(sight[i], shut + 2.0 * PASSAGE_DEPTH * radius)
-    if least >= margin or largest(look) == 0.0:
+    if least >= margin or find_largest(look) == 0.0:
         return free, limit, margin
     narrowest = erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares)
-    if not with_passages(free, narrowest, radius)[1]:
+    if not add_passages(free, narrowest, radius)[1]:
         return free, limit, margin
-    kept = margin
+    least_margin = margin
     for step in range(1, MARGIN_STEPS + 1):
-        tried = margin + (least - margin) * step / MARGIN_STEPS
-        narrow = erode(hits[0], hits[1], hits[2], radius + tried, sight, cosine, squares)
-        free, opened = with_passages(free, narrow, radius)
-        if opened:
-            kept = tried
-    return free, limit, kept
+        tried_margin = margin + (least - margin) * step / MARGIN_STEPS
+        narrow = erode(hits[0], hits[1], hits[2], radius + tried_margin, sight, cosine, squares)
+        free, has_passages = add_passages(free, narrow, radius)
+        if has_passages:
+            least_margin = tried_margin
+    return free, limit, least_margin
 
 
 @kernel
-def moving_average(beams, half_width, slack):
-    """Return the loop of `smoothed_distances`: of some `Beams`, over `half_width` of them to each side."""
+def average_neighbours(beams, half_width, slack):
+    """Return the loop of `smooth_distances`: of some `Beams`, over `half_width` of them to each side."""
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
     jump, limit = JUMP * beams.cover_radius + slack, SAME_SURFACE * beams.cover_radius + slack
@@ -178,17 +180,17 @@ def moving_average(beams, half_width, slack):
         if distance[i] >= range_max:
             continue
         width = min(half_width, (n - 1) // 2) if wrap else min(half_width, i, n - 1 - i)
-        total = before = after = distance[i]
+        total = beams_before = beams_after = distance[i]
         count = 0
         for k in range(1, width + 1):  # grow a symmetric window while both sides stay on the surface
             a = distance[i - k]  # a negative index counts from the end
             b = distance[i + k if i + k < n else i + k - n]
             if a >= range_max or b >= range_max:
                 break
-            if abs(a - before) > jump or abs(b - after) > jump:
+            if abs(a - beams_before) > jump or abs(b - beams_after) > jump:
                 break
             total += a + b
-            before, after = a, b
+            beams_before, beams_after = a, b
             count = k
         mean = total / (2 * count + 1)
         if abs(mean - distance[i]) < limit:
@@ -210,15 +212,15 @@ def within_sight(limit, beams, radius):
     step = 2.0 * math.pi / samples
     for i in range(len(distance)):
         if kinds[i] & MOVING:
-            seen = max(distance[i] - radius, 0.0)
-            before, after = (i - 1) * increment, (i + 1) * increment
+            seen_range = max(distance[i] - radius, 0.0)
+            bearing_before, bearing_after = (i - 1) * increment, (i + 1) * increment
             if wrap and seam != increment:
-                before = -seam if i == 0 else before
-                after = i * increment + seam if i == count - 1 else after
-            first, last = int(math.ceil(before / step)), int(math.floor(after / step))
+                bearing_before = -seam if i == 0 else bearing_before
+                bearing_after = i * increment + seam if i == count - 1 else bearing_after
+            first, last = int(math.ceil(bearing_before / step)), int(math.floor(bearing_after / step))
             for k in range(first, last + 1):
                 if wrap or 0 <= k < samples:
-                    out[k % samples] = min(out[k % samples], seen)
+                    out[k % samples] = min(out[k % samples], seen_range)
     return out
 
 
@@ -235,24 +237,24 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
         distance, gap, offset: of the hits on M bearings, as from `points_to_bearings`.
         radius: R, of the disc with its margin, m.
         limit: shape (M,), upper bound, as from `free_limit`, m.
-        cosine, sine_squared: as of `bearing_tables`.
+        cosine, sine_squared: as of `make_bearing_tables`.
     """
     samples = len(distance)
     quarter = samples // 4  # no disc covers more than a quarter turn to either side
     reach = quarter + 1
-    # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored` runs clockwise. Loops get
+    # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored_line` runs clockwise. Loops get
     # vectorized that run over slices from 0 on.
-    line, mirrored = np.full(samples + 2 * reach, np.inf), np.full(samples + 2 * reach, np.inf)
-    farthest = largest(limit)
+    line, mirrored_line = np.full(samples + 2 * reach, np.inf), np.full(samples + 2 * reach, np.inf)
+    farthest = find_largest(limit)
     width = 0  # samples that the disc covers to either side: neighbouring hits differ little
     for j in range(samples):
         d = distance[j]
         if d == np.inf:
             continue
-        inflated = radius + d * offset[j]
-        if d - inflated - gap[j] >= farthest:
+        inflated_radius = radius + d * offset[j]
+        if d - inflated_radius - gap[j] >= farthest:
             continue
-        squared = inflated * inflated + gap[j] * gap[j]
+        squared = inflated_radius * inflated_radius + gap[j] * gap[j]
         center = j + reach
         if d * d <= squared:
             line[center - quarter : center + quarter + 1] = 0.0
@@ -262,11 +264,14 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
             width += 1
         while d_squared * sine_squared[width] > squared:
             width -= 1
-        left, right = line[center : center + width + 1], mirrored[-1 - center + len(line) :][: width + 1]
+        left_window, right_window = (
+            line[center : center + width + 1],
+            mirrored_line[-1 - center + len(line) :][: width + 1],
+        )
         for i in range(width + 1):
             entry = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
-            left[i], right[i] = min(left[i], entry), min(right[i], entry)
-    line, out = np.minimum(line, mirrored[::-1]), limit.copy()
+            left_window[i], right_window[i] = min(left_window[i], entry), min(right_window[i], entry)
+    line, out = np.minimum(line, mirrored_line[::-1]), limit.copy()
     for i in range(samples):
         out[i] = min(out[i], line[reach + i])
     for i in range(reach):

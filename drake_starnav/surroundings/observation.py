@@ -6,10 +6,10 @@ from dataclasses import field
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed, placed
+from drake_starnav.geometry.se2 import compose_poses, transform_points
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.star_region import StarRegion, clear_region, scan_region
+from drake_starnav.surroundings.star_region import StarRegion, clear_region, make_scan_region
 from drake_starnav.utils.snapshot import snapshot
 
 
@@ -43,10 +43,12 @@ class Observation:
     def refit(self, radius: float, margins: Margins) -> "Observation":
         """Return the same observation with the region of a robot of another radius (m) or with other margins."""
         samples = 0 if self.region is None else len(self.region.free_range)
-        region = scan_region(self.scan, self.pose, radius, margins, samples)
+        region = make_scan_region(self.scan, self.pose, radius, margins, samples)
         return dataclasses.replace(self, region=clear_region(region, self.remembered_hits, radius))
 
     def moved(self, frame: np.ndarray) -> "Observation":
         """Return the observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         region = None if self.region is None else self.region.moved(frame)
-        return Observation(region, self.scan, composed(frame, self.pose), placed(frame, self.remembered_hits))
+        return Observation(
+            region, self.scan, compose_poses(frame, self.pose), transform_points(frame, self.remembered_hits)
+        )

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint, distance_to_point
-from drake_starnav.geometry.se2 import inverse, placed
+from drake_starnav.geometry.se2 import invert_pose, transform_points
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar
@@ -18,7 +18,9 @@ AVOIDED = 6.0
 """What moves obstructs it within this distance, and it may be giving way."""
 
 
-def obstruction(surroundings: Surroundings, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray) -> str:
+def describe_obstruction(
+    surroundings: Surroundings, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray
+) -> str:
     """Return in words what keeps a robot from driving towards a bearing: where it is blind, what is too near; or "".
 
     Args:
@@ -32,55 +34,58 @@ def obstruction(surroundings: Surroundings, scan: LaserScan, towards: float, sha
         return ""
     star, robot_radius = surroundings.certified_star, shape.cover_radius
     hits, half_gaps = star.boundary
-    if not shape.is_disc and len(hits) and (beside := _beside(star, scan, shape, pose)):
-        return beside
+    if not shape.is_disc and len(hits) and (footprint_text := _beside(star, scan, shape, pose)):
+        return footprint_text
     samples = len(star.values)
-    turned = (towards - scan.angle_min) % TURN
-    left = int(turned * samples / TURN) % samples
-    if min(star.values[left], star.values[(left + 1) % samples]) > SHORTEST_WAY * robot_radius:
+    turn_angle = (towards - scan.angle_min) % TURN
+    left_sample = int(turn_angle * samples / TURN) % samples
+    if min(star.values[left_sample], star.values[(left_sample + 1) % samples]) > SHORTEST_WAY * robot_radius:
         return _moving(scan, robot_radius)
     first, last = field_of_view(scan)
-    if not first <= turned <= last:
+    if not first <= turn_angle <= last:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
             f"degrees; the way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
         )
     offset = hits - star.center
     distance, bearing = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0
-    off = np.mod(bearing - turned + math.pi, TURN) - math.pi
-    kept = np.hypot(star.radius, half_gaps)
-    across = distance * np.abs(np.sin(off))
-    ahead = (across < kept) & (np.abs(off) < 0.5 * math.pi)
-    way = distance * np.cos(off) - np.sqrt(np.maximum(kept**2 - across**2, 0.0))
-    ahead &= way < SHORTEST_WAY * robot_radius + kept * TURN / samples
-    if not ahead.any():
+    bearing_offset = np.mod(bearing - turn_angle + math.pi, TURN) - math.pi
+    kept_distance = np.hypot(star.radius, half_gaps)
+    across = distance * np.abs(np.sin(bearing_offset))
+    is_ahead = (across < kept_distance) & (np.abs(bearing_offset) < 0.5 * math.pi)
+    way = distance * np.cos(bearing_offset) - np.sqrt(np.maximum(kept_distance**2 - across**2, 0.0))
+    is_ahead &= way < SHORTEST_WAY * robot_radius + kept_distance * TURN / samples
+    if not is_ahead.any():
         return _moving(scan, robot_radius)
-    hit = int(np.argmin(np.where(ahead, np.abs(off), math.inf)))
-    where = _direction(float(bearing[hit]) + scan.angle_min)
+    hit = int(np.argmin(np.where(is_ahead, np.abs(bearing_offset), math.inf)))
+    where = _describe_direction(float(bearing[hit]) + scan.angle_min)
     beam = round(float(bearing[hit] % TURN) / scan.angle_increment) % len(scan.ranges)
-    named = "" if scan.merged else f" of beam {beam}"
+    beam_text = "" if scan.merged else f" of beam {beam}"
     if scan.lost[beam]:
         return f"blind: {int(scan.lost.sum())} of {len(scan.lost)} beams are lost, also {where}"
-    measured = distance[hit] >= scan.range_min
-    near = f"at {distance[hit]:.3f} m" if measured else f"nearer than lidar.range_min {scan.range_min:g} m"
+    is_measured = distance[hit] >= scan.range_min
+    nearest_text = f"at {distance[hit]:.3f} m" if is_measured else f"nearer than lidar.range_min {scan.range_min:g} m"
     return (
-        f"too near: a hit{named} {near}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
-        f"{star.radius - robot_radius:.3g} m keeps {kept[hit]:.3f} m from it"
+        f"too near: a hit{beam_text} {nearest_text}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
+        f"{star.radius - robot_radius:.3g} m keeps {kept_distance[hit]:.3f} m from it"
     )
 
 
 def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
     """Return the hit that is nearest to a footprint, if the robot cannot come nearer; lost beams tell nothing."""
     points, margin = star.boundary.points, star.radius - shape.cover_radius
-    hits, offset = placed(inverse(pose), points), points - star.center
+    hits, offset = transform_points(invert_pose(pose), points), points - star.center
     turn = np.mod(np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0, TURN) / scan.angle_increment
-    lost = scan.lost[np.rint(turn).astype(int) % len(scan.ranges)]
-    gaps = [math.inf if unseen else distance_to_point(*hit, shape.body) for hit, unseen in zip(hits, lost, strict=True)]
+    is_lost = scan.lost[np.rint(turn).astype(int) % len(scan.ranges)]
+    gaps = [
+        math.inf if unseen else distance_to_point(*hit, shape.body) for hit, unseen in zip(hits, is_lost, strict=True)
+    ]
     hit = int(np.argmin(gaps))
     if gaps[hit] > margin + SHORTEST_WAY * shape.cover_radius:
         return ""
     return (
-        f"too near: a hit {gaps[hit]:.3f} m from the footprint, {_direction(math.atan2(*hits[hit, ::-1]))}; the robot "
+        f"too near: a hit {gaps[hit]:.3f} m from the footprint, "
+        f"{_describe_direction(math.atan2(*hits[hit, ::-1]))}; the robot "
         f"keeps a safety margin of {margin:.3g} m, or comes no nearer"
     )
 
@@ -89,15 +94,15 @@ def _moving(scan: LaserScan, robot_radius: float) -> str:
     """Return the nearest obstacle that moves, if any is near."""
     if not (scan.distances[scan.moving] <= AVOIDED * robot_radius).any():
         return ""
-    return f"too near: an obstacle that moves, {place_of_nearest(scan, scan.moving)}"
+    return f"too near: an obstacle that moves, {describe_nearest(scan, scan.moving)}"
 
 
-def place_of_nearest(scan: LaserScan, beams: np.ndarray) -> str:
+def describe_nearest(scan: LaserScan, beams: np.ndarray) -> str:
     """Say where the nearest is that some beams (n,), bool, have hit: its distance, m, and its bearing in S."""
     beam = int(np.argmin(np.where(beams, scan.distances, math.inf)))
-    return f"at {scan.distances[beam]:.2f} m, {_direction(scan.bearings[beam])}"
+    return f"at {scan.distances[beam]:.2f} m, {_describe_direction(scan.bearings[beam])}"
 
 
-def _direction(bearing: float) -> str:
+def _describe_direction(bearing: float) -> str:
     degrees = math.degrees(math.remainder(bearing, TURN))
     return f"{abs(degrees):.0f} degrees to the {'left' if degrees >= 0.0 else 'right'}"

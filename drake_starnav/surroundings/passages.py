@@ -12,7 +12,7 @@ MARGIN_STEPS = 2
 
 
 @kernel
-def with_passages(free, narrow, radius):
+def add_passages(free, narrow, radius):
     """Return the free range with the passages that only a narrower robot fits through, and whether there are any.
 
     A passage is a run of bearings at which the narrower robot gets farther by more than PASSAGE_DEPTH. The wider robot
@@ -26,7 +26,7 @@ def with_passages(free, narrow, radius):
     n = len(free)
     out = free.copy()
     deeper = narrow > free + PASSAGE_DEPTH * radius
-    opened = False
+    has_passages = False
     start = 0
     while start < n and deeper[start]:
         start += 1
@@ -38,13 +38,13 @@ def with_passages(free, narrow, radius):
             k += 1
             continue
         first = k
-        reached = free[(first - 1) % n]
+        reached_range = free[(first - 1) % n]
         while deeper[k % n]:
-            reached = max(reached, free[k % n])
+            reached_range = max(reached_range, free[k % n])
             k += 1
-        reached = max(reached, free[k % n])
-        if reached < SHUT * radius:
-            opened = True
+        reached_range = max(reached_range, free[k % n])
+        if reached_range < SHUT * radius:
+            has_passages = True
             for i in range(first, k):
                 out[i % n] = narrow[i % n]
-    return out, opened
+    return out, has_passages

@@ -8,18 +8,18 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, find_newest
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.polar_image import covers_full_circle, find_remembered_hits, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS
-from drake_starnav.surroundings.star_region import clear_region, scan_region
+from drake_starnav.surroundings.star_region import clear_region, make_scan_region
 from drake_starnav.surroundings.surroundings import Surroundings, is_on_axis, observe
 from drake_starnav.surroundings.view import RangeSmoothing, View, ViewParams, carry_view, make_view
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 from drake_starnav.utils.timing import EARLY
 
 FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
@@ -50,15 +50,15 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
                 f"a lidar is mounted {mount.offset:g} m from the robot's axis; allowed: up to {footprint.radius:g} m, "
                 "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
             )
-    wanted = 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW) - ROUNDING
-    for bearing in np.linspace(-wanted, wanted, FEWEST_BEAMS):
+    wanted_view = 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW) - ROUNDING
+    for bearing in np.linspace(-wanted_view, wanted_view, FEWEST_BEAMS):
         if not any(each.full_circle or (bearing - each.angle_min) % TURN <= each.span for each in views):
-            seen = ", ".join(
+            views_text = ", ".join(
                 f"{math.degrees(each.angle_min):.0f} to {math.degrees(each.angle_max):.0f}" for each in views
             )
             raise StarnavError(
-                f"a lidar sees from {seen} degrees, counted from straight ahead, with a certificate; "
-                f"allowed: views that reach {math.degrees(wanted):.0f} degrees to each side of straight ahead, as "
+                f"a lidar sees from {views_text} degrees, counted from straight ahead, with a certificate; "
+                f"allowed: views that reach {math.degrees(wanted_view):.0f} degrees to each side of straight ahead, as "
                 "space that no beam has observed is not certified"
             )
 
@@ -83,7 +83,7 @@ class PerceptionState:
         return PerceptionState(Observation.none(), Surroundings.unknown(), ())
 
     def misses_any(self, scans: Sequence[LaserScan]) -> bool:
-        """Return whether some of the `newest` scans were not processed."""
+        """Return whether some of the `find_newest` scans were not processed."""
         return any(find_new_scans(self.latest_views, scans))
 
 
@@ -126,14 +126,14 @@ def perceive(
 
     Args:
         state: before the scans.
-        scans: the last of each lidar in its sensor frame S; new are the `newest`.
+        scans: the last of each lidar in its sensor frame S; new are the `find_newest`.
         robot_pose: (x, y, yaw) of the robot in the world frame W at the time of the newest, m and rad.
         settings: of robot and sensors.
     """
     latest_views = update_views(state.latest_views, scans, robot_pose, settings)
-    views = carry_fresh_views(latest_views, robot_pose, newest(scans))
+    views = carry_fresh_views(latest_views, robot_pose, find_newest(scans))
     if len(views) < len(settings.mounts):  # some lidar has not looked yet, or not for long
-        return replaced(state, latest_views=latest_views)
+        return replace_fields(state, latest_views=latest_views)
     surroundings = observe(state.surroundings, views, robot_pose, settings.footprint, settings.margins)
     observation = make_observation(state, surroundings, views, settings)
     return PerceptionState(observation, surroundings, latest_views)
@@ -155,7 +155,7 @@ def update_views(
 
 def find_new_scans(latest_views: tuple[View | None, ...], scans: Sequence[LaserScan]) -> list[bool]:
     """Return of which lidars the scans are the newest, and not in their latest views yet."""
-    time, rows = newest(scans), zip(latest_views or (None,) * len(scans), scans, strict=True)
+    time, rows = find_newest(scans), zip(latest_views or (None,) * len(scans), scans, strict=True)
     return [scan.measured_at == time and (view is None or view.time != time) for view, scan in rows]
 
 
@@ -169,12 +169,15 @@ def carry_fresh_views(latest_views: tuple[View | None, ...], robot_pose: np.ndar
 
 
 def make_observation(
-    before: PerceptionState, surroundings: Surroundings, views: Sequence[View], settings: PerceptionSettings
+    previous_observation: PerceptionState,
+    surroundings: Surroundings,
+    views: Sequence[View],
+    settings: PerceptionSettings,
 ) -> Observation:
     """Return what the planner gets of the views: their polar image, and the star-shaped region in it.
 
     Args:
-        before: state before the scans.
+        previous_observation: state before the scans.
         surroundings: with the views.
         views: of all lidars.
         settings: of robot and sensors.
@@ -182,17 +185,19 @@ def make_observation(
     margins, footprint, robot_pose = settings.margins, settings.footprint, surroundings.robot_pose
     image, earlier = surroundings.image, []
     if not covers_full_circle(views, footprint):
-        earlier = before.surroundings.coarse_views(robot_pose)
+        earlier = previous_observation.surroundings.coarse_views(robot_pose)
     if any(view.confirmed_scan is not view.scan for view in views):
         image = make_polar_image(views, footprint, earlier, confirmed=True)
     if not settings.has_planner:
         return Observation(None, image, robot_pose)
-    first = before.observation.region
+    first = previous_observation.observation.region
     samples = 0 if first is None else len(first.free_range)  # though the number of beams may vary
-    region = scan_region(image, robot_pose, footprint.cover_radius, margins, samples)
-    remembered = NO_POINTS
+    region = make_scan_region(image, robot_pose, footprint.cover_radius, margins, samples)
+    remembered_hits = NO_POINTS
     if earlier and is_on_axis(views):
         points = find_remembered_hits(views, earlier).points
-        near = margins.safety_range + 2.0 * (footprint.cover_radius + margins.safety)
-        remembered = placed(robot_pose, points[np.hypot(*points.T) < near])
-    return Observation(clear_region(region, remembered, footprint.cover_radius), image, robot_pose, remembered)
+        hit_range = margins.safety_range + 2.0 * (footprint.cover_radius + margins.safety)
+        remembered_hits = transform_points(robot_pose, points[np.hypot(*points.T) < hit_range])
+    return Observation(
+        clear_region(region, remembered_hits, footprint.cover_radius), image, robot_pose, remembered_hits
+    )

@@ -50,7 +50,7 @@ def fit_piecewise_cubic(
 
     Source: paper, section III-B.1, Eq. (3) and (4); breaks and the one-sided fit: this project.
     """
-    return PiecewiseCubic(*adaptive_fit(samples, (JUMP * radius, tolerance * radius), one_sided))
+    return PiecewiseCubic(*fit_adaptively(samples, (JUMP * radius, tolerance * radius), one_sided))
 
 
 def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_sided: bool) -> PiecewiseCubic:
@@ -65,7 +65,7 @@ def fit_segments(samples: np.ndarray, breaks: np.ndarray, tolerance: float, one_
 
 
 @kernel
-def adaptive_fit(samples, lengths, one_sided):
+def fit_adaptively(samples, lengths, one_sided):
     """Return the fields of the `PiecewiseCubic` of `fit_piecewise_cubic`; `lengths` are jump and tolerance, m."""
     jump, tolerance = lengths
     count, longest = len(samples), max(len(samples) // LARGEST_SHARE, 1)
@@ -99,21 +99,21 @@ def _fit(samples, breaks, tolerance, one_sided):
             half = 0.5 * (n - 1) if n > 1 else 1.0
             for i in range(n):
                 abscissa[i] = (i - 0.5 * (n - 1)) / half
-            c0, c1, c2, c3 = _least_squares(samples[first:end], abscissa)
-            over, under = -np.inf, -np.inf
+            c0, c1, c2, c3 = _solve_least_squares(samples[first:end], abscissa)
+            largest_above, largest_below = -np.inf, -np.inf
             for i in range(n):
                 s = abscissa[i]
                 error = c0 + s * (c1 + s * (c2 + s * c3)) - samples[first + i]
-                over = max(over, error)
-                under = max(under, -error)
-            if over + under > tolerance and n >= SMALLEST_SPLIT:
+                largest_above = max(largest_above, error)
+                largest_below = max(largest_below, -error)
+            if largest_above + largest_below > tolerance and n >= SMALLEST_SPLIT:
                 middle = (first + end + 1) // 2
                 stack[depth, 0], stack[depth, 1] = middle, end
                 stack[depth + 1, 0], stack[depth + 1, 1] = first, middle
                 depth += 2
                 continue
-            if one_sided and over > 0.0:
-                c0 -= over
+            if one_sided and largest_above > 0.0:
+                c0 -= largest_above
             starts[segments] = first
             segments += 1
             for i in range(n):
@@ -124,7 +124,7 @@ def _fit(samples, breaks, tolerance, one_sided):
 
 
 @kernel
-def _least_squares(samples, abscissa):
+def _solve_least_squares(samples, abscissa):
     """Return the cubic fit of samples (n,) on a symmetric abscissa, its first n: even and odd coefficients decouple."""
     n = len(samples)
     if n == 1:

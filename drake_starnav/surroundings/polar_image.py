@@ -17,7 +17,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import third_side
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MAY_LEAVE, MOVING, Beams, LaserScan
 from drake_starnav.lidar.mounts import Mount
@@ -25,7 +25,7 @@ from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.chords import ROUNDING
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.recent_hits import Hits
-from drake_starnav.surroundings.view import UNSMOOTHED, View, hits_of_beams, smoothed_hits
+from drake_starnav.surroundings.view import UNSMOOTHED, View, make_hits, smooth_hits
 
 CROSSINGS = 64
 """Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
@@ -56,19 +56,19 @@ def make_polar_image(
     mounts = [view.mount for view in views]
     if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
-    outside = _own_reach(footprint) + BODY_SLACK
-    distance, kind, far = _follow_rays(scans, mounts, outside, earlier)
+    outer_range = _own_reach(footprint) + BODY_SLACK
+    distance, kind, farthest_range = _follow_rays(scans, mounts, outer_range, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
         kinds = np.where(scan.mappable, np.where(scan.may_leave, STANDER, SURFACE), DOUBTED)
-        _add_thin_obstacles(distance, kind, smoothed_hits(scan, mount), kinds[scan.hits])
+        _add_thin_obstacles(distance, kind, smooth_hits(scan, mount), kinds[scan.hits])
     if earlier:
-        remembered = find_remembered_hits(views, earlier)
-        _add_thin_obstacles(distance, kind, remembered, np.full(len(remembered.points), SURFACE))
+        remembered_hits = find_remembered_hits(views, earlier)
+        _add_thin_obstacles(distance, kind, remembered_hits, np.full(len(remembered_hits.points), SURFACE))
     ranges = np.where(kind <= DOUBTED, distance, np.where(kind == FREE, math.inf, math.nan))
-    tracked = any(scan.motion is not None for scan in scans)
-    motion = np.where(kind <= MOVER, kind, SURFACE) if tracked else None
+    has_motion = any(scan.motion is not None for scan in scans)
+    motion = np.where(kind <= MOVER, kind, SURFACE) if has_motion else None
     return LaserScan(
-        scans[0].time, -math.pi, TURN / BEARINGS, 0.0, far, ranges, lost_beams=True, free=distance,
+        scans[0].time, -math.pi, TURN / BEARINGS, 0.0, farthest_range, ranges, lost_beams=True, free=distance,
         scan_time=scans[0].scan_time, cover_radius=scans[0].cover_radius, motion=motion,
     )  # fmt: skip
 
@@ -78,12 +78,14 @@ def find_remembered_hits(views: Sequence[View], earlier: Sequence[PlacedBeams]) 
 
     The arguments are those of `make_polar_image`; there is at least one earlier view.
     """
-    hits = [hits_of_beams(beams, UNSMOOTHED, 0.0, 0.0) for beams, _ in earlier]
-    kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in earlier])
-    points = np.vstack([placed(pose, ends) for (_, pose), (ends, _) in zip(earlier, hits, strict=True)])
+    hits = [make_hits(beams, UNSMOOTHED, 0.0, 0.0) for beams, _ in earlier]
+    is_kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in earlier])
+    points = np.vstack(
+        [transform_points(pose, end_points) for (_, pose), (end_points, _) in zip(earlier, hits, strict=True)]
+    )
     for view in views:
-        kept &= ~looks_at(view.scan.field_of_view, view.mount, points)
-    return Hits(points[kept], np.concatenate([gaps for _, gaps in hits])[kept])
+        is_kept &= ~looks_at(view.scan.field_of_view, view.mount, points)
+    return Hits(points[is_kept], np.concatenate([gaps for _, gaps in hits])[is_kept])
 
 
 def looks_at(view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:
@@ -95,12 +97,12 @@ def looks_at(view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:
 def _follow_rays(
     scans: Sequence[LaserScan],
     mounts: Sequence[Mount],
-    outside: np.ndarray,
+    outer_range: np.ndarray,
     earlier: Sequence[PlacedBeams] = (),
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return how far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
 
-    Up to `outside`, of the same shape, m, it may be outside all views.
+    Up to `outer_range`, of the same shape, m, it may be outside all views.
     """
     crossings = _Crossings(
         np.empty((BEARINGS, CROSSINGS)),
@@ -109,14 +111,14 @@ def _follow_rays(
         np.zeros(BEARINGS, np.int64),
         np.zeros(BEARINGS, np.int64),
     )
-    far, bit = 0.0, 1
+    farthest_range, bit = 0.0, 1
     for scan, mount in zip(scans, mounts, strict=True):
         _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), (HIT, math.inf), bit)
-        far, bit = max(far, view_range(scan, mount)), bit << 1
+        farthest_range, bit = max(farthest_range, view_range(scan, mount)), bit << 1
     for beams, (x, y, yaw) in earlier:
         _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), (HIT | MAPPABLE, beams.certain_range), bit)
         bit <<= 1
-    return *_walk_rays(crossings, outside, far, (1 << len(scans)) - 1), far
+    return *_walk_rays(crossings, outer_range, farthest_range, (1 << len(scans)) - 1), farthest_range
 
 
 def covers_full_circle(views: Sequence[View], footprint: Footprint) -> bool:
@@ -132,7 +134,10 @@ def _covers_full_circle(
     views: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], body: Footprint
 ) -> bool:
     """Return `covers_full_circle` by each lidar's first bearing, step, number of beams and range."""
-    blank = [LaserScan(0.0, first, step, 0.0, far, np.full(beams, math.inf)) for first, step, beams, far in views]
+    blank = [
+        LaserScan(0.0, first, step, 0.0, farthest_range, np.full(beams, math.inf))
+        for first, step, beams, farthest_range in views
+    ]
     distance, kind, _ = _follow_rays(blank, mounts, _own_reach(body) + BODY_SLACK)
     least = min(map(view_range, blank, mounts))
     return not ((kind == OPEN) & (distance < least)).any()
@@ -150,14 +155,14 @@ def _own_reach(body: Footprint) -> np.ndarray:
         return np.full(BEARINGS, body.radius)
     bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
     rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
-    _, normals, offsets, ends = body.polygons
+    _, normals, offsets, part_ends = body.polygons
     reach, begin = np.zeros(BEARINGS), 0
-    for end in ends.tolist():
-        outward, off = rays @ normals[begin:end].T, offsets[begin:end]
+    for end in part_ends.tolist():
+        outward, offset_of_edge = rays @ normals[begin:end].T, offsets[begin:end]
         begin = end
-        if (off > 0.0).all():  # the axis is inside
-            leaves = np.where(outward > PARALLEL, off / np.maximum(outward, PARALLEL), np.inf)
-            reach = np.maximum(reach, leaves.min(axis=1))
+        if (offset_of_edge > 0.0).all():  # the axis is inside
+            leaving_range = np.where(outward > PARALLEL, offset_of_edge / np.maximum(outward, PARALLEL), np.inf)
+            reach = np.maximum(reach, leaving_range.min(axis=1))
     return reach
 
 
@@ -181,64 +186,64 @@ class _Crossings(NamedTuple):
 
 
 @kernel
-def _cross_view(crossings, beams, place, sees, bit):
+def _cross_view(crossings, beams, place, sees_place, bit):
     """Add the edges of the view of one lidar to the crossings; `place` is x, y, and cosine and sine of its yaw.
 
-    `sees` are bits of all beams that hit a surface, and how far it sees, m.
+    `sees_place` are bits of all beams that hit a surface, and how far it sees, m.
 
     Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
     edge of a shadow lies on the farther one.
     """
-    (solid, sight), distance, directions = sees, beams.distances, beams.directions
+    (solid, sight), distance, directions = sees_place, beams.distances, beams.directions
     hits = (beams.kinds & solid == solid) & (distance <= sight)
-    x, y, turned, aside = place
+    x, y, place_yaw, place_y = place
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
-    cells, connected = n if full else n - 1, CONNECTED_CHORD * beams.cover_radius
+    cells, connected_chord = n if full else n - 1, CONNECTED_CHORD * beams.cover_radius
     vertices, kinds = np.empty((2 * cells + 1, 2)), np.full(2 * cells + 1, OPEN, np.int8)
     for i in range(cells):
         j = (i + 1) % n
         a, b = distance[i], distance[j]
-        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected:
+        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected_chord:
             both = beams.kinds[i] & beams.kinds[j]
             kinds[2 * i] = DOUBTED if not both & MAPPABLE else STANDER if both & MAY_LEAVE else SURFACE
         else:
             kinds[2 * i] = MOVER if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
             a = b = min(a, b, sight)
         for k, d, m in ((2 * i, a, i), (2 * i + 1, b, j)):
-            vertices[k, 0] = x + d * (turned * directions[m, 0] - aside * directions[m, 1])
-            vertices[k, 1] = y + d * (aside * directions[m, 0] + turned * directions[m, 1])
+            vertices[k, 0] = x + d * (place_yaw * directions[m, 0] - place_y * directions[m, 1])
+            vertices[k, 1] = y + d * (place_y * directions[m, 0] + place_yaw * directions[m, 1])
     vertices[2 * cells, 0], vertices[2 * cells, 1] = (vertices[0, 0], vertices[0, 1]) if full else (x, y)
     last = len(vertices) - 1
     ax, ay, place = 0.0, 0.0, -1.0  # and its bearing as a real number of rays; -1 on the axis, where all rays begin
     for k in range(-1, last + 1):  # the edge that leads to each vertex
-        bx, by, there = vertices[k, 0], vertices[k, 1], -1.0
+        bx, by, bearing_cell = vertices[k, 0], vertices[k, 1], -1.0
         if bx * bx + by * by > 1e-18:
-            there = (math.atan2(by, bx) + math.pi) * (BEARINGS / TURN)
-        if place >= 0.0 and there >= 0.0:
-            _cross_edge(crossings, (ax, ay, place), (bx, by, there), kinds[k - 1], bit)
-        ax, ay, place = bx, by, there
+            bearing_cell = (math.atan2(by, bx) + math.pi) * (BEARINGS / TURN)
+        if place >= 0.0 and bearing_cell >= 0.0:
+            _cross_edge(crossings, (ax, ay, place), (bx, by, bearing_cell), kinds[k - 1], bit)
+        ax, ay, place = bx, by, bearing_cell
 
 
 @kernel
 def _cross_edge(crossings, start, end, kind, bit):
     """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
-    distance, view, kinds, count, inside = crossings
+    distance, view, kinds, count, is_inside = crossings
     (ax, ay, a), (bx, by, b) = start, end
     low, high = (a, b) if a < b else (b, a)
-    first, beyond = int(math.ceil(low)), int(math.ceil(high))
+    first, last_cell = int(math.ceil(low)), int(math.ceil(high))
     if high - low > 0.5 * BEARINGS:
-        first, beyond = beyond, first + BEARINGS
+        first, last_cell = last_cell, first + BEARINGS
     ex, ey = bx - ax, by - ay
-    for n in range(first, beyond):
+    for n in range(first, last_cell):
         k = n % BEARINGS
         bearing = k * (TURN / BEARINGS) - math.pi
         across = math.cos(bearing) * ey - math.sin(bearing) * ex
-        t, most = math.hypot(ax, ay), math.hypot(bx, by)
-        t, most = min(t, most), max(t, most)
+        t, largest_t = math.hypot(ax, ay), math.hypot(bx, by)
+        t, largest_t = min(t, largest_t), max(t, largest_t)
         if abs(across) > PARALLEL * (abs(ex) + abs(ey)):
-            t = min(max((ax * ey - ay * ex) / across, 0.0), most)
-        inside[k] ^= bit
+            t = min(max((ax * ey - ay * ex) / across, 0.0), largest_t)
+        is_inside[k] ^= bit
         i = min(count[k], CROSSINGS - 1)
         count[k] += 1
         if count[k] > CROSSINGS and t >= distance[k, i]:
@@ -250,31 +255,31 @@ def _cross_edge(crossings, start, end, kind, bit):
 
 
 @kernel
-def _walk_rays(crossings, body, far, now):
-    """Return how far each ray is free, m, up to `far`, and where it ends; within `body` (m) it may leave all views.
+def _walk_rays(crossings, body, farthest_range, current_views):
+    """Return how far each ray is free, m, up to `farthest_range`, and where it ends; within `body` (m) without views.
 
-    `now` are the bits of the current views. A surface in an earlier one counts where no later one sees through it.
+    `current_views` are the bits of the current views. A surface in an earlier one counts where no later one sees through it.
     """
     distance, view, kinds, count, begin = crossings
-    free, end = np.full(len(count), far), np.full(len(count), FREE, np.int8)
+    free, end = np.full(len(count), farthest_range), np.full(len(count), FREE, np.int8)
     for k in range(len(count)):
-        inside, reached = begin[k], body[k]
+        is_inside, reached_range = begin[k], body[k]
         for i in range(min(count[k], CROSSINGS)):
             t = distance[k, i]
-            if inside == 0 and t > body[k]:
+            if is_inside == 0 and t > body[k]:
                 break
-            if t >= far:
-                reached = far
+            if t >= farthest_range:
+                reached_range = farthest_range
                 break
-            if kinds[k, i] <= DOUBTED and (view[k, i] <= now or inside & (view[k, i] - 1) == 0):
-                reached, end[k] = t, kinds[k, i]
+            if kinds[k, i] <= DOUBTED and (view[k, i] <= current_views or is_inside & (view[k, i] - 1) == 0):
+                reached_range, end[k] = t, kinds[k, i]
                 break
-            inside ^= view[k, i]
-            if t >= body[k] and (inside == 0 or i == CROSSINGS - 1):
-                reached, end[k] = t, MOVER if kinds[k, i] == MOVER else OPEN
+            is_inside ^= view[k, i]
+            if t >= body[k] and (is_inside == 0 or i == CROSSINGS - 1):
+                reached_range, end[k] = t, MOVER if kinds[k, i] == MOVER else OPEN
                 break
-        free[k] = reached
-        if reached < far and end[k] == FREE:
+        free[k] = reached_range
+        if reached_range < farthest_range and end[k] == FREE:
             end[k] = OPEN
     return free, end
 
@@ -282,9 +287,9 @@ def _walk_rays(crossings, body, far, now):
 def _add_thin_obstacles(distance: np.ndarray, end: np.ndarray, hits: Hits, kinds: np.ndarray) -> None:
     """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
     points, half_gaps = hits
-    away, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
-    thin = 2.0 * half_gaps <= away * (TURN / BEARINGS)
-    away, ray = away[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
-    order = np.argsort(-away)
-    order = order[away[order] < distance[ray[order]]]  # of several on one ray the nearest is written last
-    distance[ray[order]], end[ray[order]] = away[order], kinds[thin][order]
+    thin_range, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
+    thin = 2.0 * half_gaps <= thin_range * (TURN / BEARINGS)
+    thin_range, ray = thin_range[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
+    order = np.argsort(-thin_range)
+    order = order[thin_range[order] < distance[ray[order]]]  # of several on one ray the nearest is written last
+    distance[ray[order]], end[ray[order]] = thin_range[order], kinds[thin][order]

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel, largest
-from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, highest
+from drake_starnav.geometry.compiled import find_largest, kernel
+from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, find_highest_bit
 
 SLACK = 0.01
 """Regions are marked this far beyond their boundaries, m, for rounding: numerics."""
@@ -19,7 +19,7 @@ SPARE_CELLS = 8
 """Cells more than it needs that a grid which grows gets, on the sides that grow."""
 
 
-def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:
+def index_regions(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:
     """Return a union with an index.
 
     Args:
@@ -31,40 +31,42 @@ def indexed(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> Region
     for row, k in zip(values, news.tolist(), strict=True):
         if k < before.size:  # where it has shrunk, it lies in the cells that it had
             row *= row > before.values[k]
-    grown = values.any(axis=1)
-    news, values = news[grown], values[grown]
+    has_grown = values.any(axis=1)
+    news, values = news[has_grown], values[has_grown]
     low, high = _cells(union, news, values)
     old, first = before.marks, before.corner
     last = first + old.shape[:2]
     if not old.size:
         first, last = low, low
     corner, end = np.where(low < first, low - SPARE_CELLS, first), np.where(high > last, high + SPARE_CELLS, last)
-    marks = np.zeros((*(end - corner), union.size // WORD + 1), np.uint64)
+    cell_marks = np.zeros((*(end - corner), union.size // WORD + 1), np.uint64)
     (i, j), (nx, ny, words) = first - corner, old.shape
-    marks[i : i + nx, j : j + ny, :words] = old
+    cell_marks[i : i + nx, j : j + ny, :words] = old
     for k, row in zip(news.tolist(), values, strict=True):
-        _mark(marks, corner, k, union.center[k], union.bearing_0[k], row)
-    return union._replace(marks=marks, corner=corner)
+        _mark(cell_marks, corner, k, union.center[k], union.bearing_0[k], row)
+    return union._replace(marks=cell_marks, corner=corner)
 
 
-def subset(union: RegionUnion, kept: np.ndarray) -> RegionUnion:
+def select_regions(union: RegionUnion, is_kept: np.ndarray) -> RegionUnion:
     """Return an indexed union of those of its regions that are kept, shape (n,), bool, which have other bits then."""
-    if kept.all():
+    if is_kept.all():
         return union
-    marks = _renumbered(union.marks, np.where(kept, np.cumsum(kept) - 1, -1), int(kept.sum()) // WORD + 1)
-    return RegionUnion(*(row[kept] for row in union.rows))._replace(marks=marks, corner=union.corner)
+    cell_marks = _renumber_marks(
+        union.marks, np.where(is_kept, np.cumsum(is_kept) - 1, -1), int(is_kept.sum()) // WORD + 1
+    )
+    return RegionUnion(*(row[is_kept] for row in union.rows))._replace(marks=cell_marks, corner=union.corner)
 
 
 @kernel
-def _renumbered(marks, numbers, words):
+def _renumber_marks(cell_marks, numbers, words):
     """Return an index whose regions have other numbers (n,), -1 if they are gone."""
-    out = np.zeros((marks.shape[0], marks.shape[1], words), np.uint64)
-    for i in range(marks.shape[0]):
-        for j in range(marks.shape[1]):
-            for w in range(marks.shape[2]):
-                word = marks[i, j, w]
+    out = np.zeros((cell_marks.shape[0], cell_marks.shape[1], words), np.uint64)
+    for i in range(cell_marks.shape[0]):
+        for j in range(cell_marks.shape[1]):
+            for w in range(cell_marks.shape[2]):
+                word = cell_marks[i, j, w]
                 while word != 0:
-                    k = w * WORD + highest(word)
+                    k = w * WORD + find_highest_bit(word)
                     word ^= np.uint64(1) << np.uint64(k % WORD)
                     if numbers[k] >= 0:
                         out[i, j, numbers[k] // WORD] |= np.uint64(1) << np.uint64(numbers[k] % WORD)
@@ -84,40 +86,40 @@ def _cells(union: RegionUnion, members: np.ndarray, values: np.ndarray) -> tuple
 
 
 @kernel
-def _mark(marks, first, k, center, bearing_0, values):
+def _mark(cell_marks, first, k, center, bearing_0, values):
     """Set the bit of region k in each cell that it touches.
 
     It is covered patch by patch, in rings whose radius doubles: by as many samples at once as are about PATCH wide.
     """
     samples = len(values)
     step = 2.0 * math.pi / samples
-    _mark_box(marks, first, k, center[0], center[1], PATCH + SLACK)
+    _mark_box(cell_marks, first, k, center[0], center[1], PATCH + SLACK)
     low = PATCH
-    farthest = largest(values)
+    farthest = find_largest(values)
     while low < farthest:
         high = 2.0 * low
-        together = max(int(PATCH / (high * step)), 1)
-        half = 0.5 * math.hypot(PATCH, together * step * high) + SLACK
-        for begin in range(0, samples, together):
-            most = 0.0
-            for i in range(begin, min(begin + together, samples) + 1):
-                most = max(most, values[i if i < samples else 0])
-            if most <= low:
+        cells_at_once = max(int(PATCH / (high * step)), 1)
+        half = 0.5 * math.hypot(PATCH, cells_at_once * step * high) + SLACK
+        for begin in range(0, samples, cells_at_once):
+            greatest_value = 0.0
+            for i in range(begin, min(begin + cells_at_once, samples) + 1):
+                greatest_value = max(greatest_value, values[i if i < samples else 0])
+            if greatest_value <= low:
                 continue
-            bearing = bearing_0 + step * (begin + 0.5 * together)
+            bearing = bearing_0 + step * (begin + 0.5 * cells_at_once)
             ux, uy = math.cos(bearing), math.sin(bearing)
             r = low
-            while r < min(most, high):
+            while r < min(greatest_value, high):
                 middle = r + 0.5 * PATCH
-                _mark_box(marks, first, k, center[0] + middle * ux, center[1] + middle * uy, half)
+                _mark_box(cell_marks, first, k, center[0] + middle * ux, center[1] + middle * uy, half)
                 r += PATCH
         low = high
 
 
 @kernel
-def _mark_box(marks, first, k, x, y, half):
+def _mark_box(cell_marks, first, k, x, y, half):
     """Set the bit of region k in the cells of a square about (x, y)."""
     word, bit = k // WORD, np.uint64(1) << np.uint64(k % WORD)
     for i in range(math.floor((x - half) / CELL) - first[0], math.floor((x + half) / CELL) - first[0] + 1):
         for j in range(math.floor((y - half) / CELL) - first[1], math.floor((y + half) / CELL) - first[1] + 1):
-            marks[i, j, word] |= bit
+            cell_marks[i, j, word] |= bit

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 
 LINE_STEP = 0.2
 """Sample spacing on lines of sight inside a union, in radii of the robot."""
@@ -85,7 +85,7 @@ class RegionUnion(NamedTuple):
 
     def moved(self, frame: np.ndarray) -> "RegionUnion":
         """Return the same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return RegionUnion(placed(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
+        return RegionUnion(transform_points(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
 
 
 @kernel
@@ -96,37 +96,45 @@ def _covers_at(union, points, slack):
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
-            last = cover_at(union, x, y, slack)
+            last = find_cover(union, x, y, slack)
         out[n] = last
     return out
 
 
 @kernel
-def cover_at(union, x, y, slack):
+def find_cover(union, x, y, slack):
     """Return the index of the newest region that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
-    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
-    if marks.shape[0] == 0:
+    center, bearing_0, values, cell_marks, corner = (
+        union.center,
+        union.bearing_0,
+        union.values,
+        union.marks,
+        union.corner,
+    )
+    if cell_marks.shape[0] == 0:
         for k in range(len(bearing_0) - 1, -1, -1):
             if covers(center, bearing_0, values, k, x, y, slack):
                 return k
         return -1
-    found = -1
+    newest_cover = -1
     for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
         for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
-            found = max(found, newest_around(center, bearing_0, values, marks, (i, j), (x, y, slack)))
-    return found
+            newest_cover = max(
+                newest_cover, find_newest_cover(center, bearing_0, values, cell_marks, (i, j), (x, y, slack))
+            )
+    return newest_cover
 
 
 @leaf
-def newest_around(center, bearing_0, values, marks, cell, place):
+def find_newest_cover(center, bearing_0, values, cell_marks, cell, place):
     """Return the same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
     (i, j), (x, y, slack) = cell, place
-    if not (0 <= i < marks.shape[0] and 0 <= j < marks.shape[1]):
+    if not (0 <= i < cell_marks.shape[0] and 0 <= j < cell_marks.shape[1]):
         return -1
-    for w in range(marks.shape[2] - 1, -1, -1):
-        word = marks[i, j, w]
+    for w in range(cell_marks.shape[2] - 1, -1, -1):
+        word = cell_marks[i, j, w]
         while word != 0:
-            k = w * WORD + highest(word)
+            k = w * WORD + find_highest_bit(word)
             if covers(center, bearing_0, values, k, x, y, slack):
                 return k
             word ^= np.uint64(1) << np.uint64(k % WORD)
@@ -134,7 +142,7 @@ def newest_around(center, bearing_0, values, marks, cell, place):
 
 
 @leaf
-def highest(word):
+def find_highest_bit(word):
     """Return the number of the highest bit that is set in a word, uint64."""
     k = 0
     for shift in (32, 16, 8, 4, 2, 1):
@@ -145,7 +153,7 @@ def highest(word):
 
 
 @kernel
-def first_gap(union, start, end, guess, radius):
+def find_first_gap(union, start, end, guess, radius):
     """Return how far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
 
     Samples are LINE_STEP of the robot's radius (m) apart. The one at `guess` (m, 0: none) is tried first, and within a
@@ -159,46 +167,46 @@ def first_gap(union, start, end, guess, radius):
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
-        if cover_at(union, place[0], place[1], 0.0) < 0:
+        if find_cover(union, place[0], place[1], 0.0) < 0:
             return max(length * i / count, 1e-9)
     last, i, leap = np.int64(-1), 0, 1
     while i <= count:
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
-        before = last
+        previous_region = last
         if last < 0 or not covers(center, bearing_0, values, last, place[0], place[1], 0.0):
-            last = cover_at(union, place[0], place[1], 0.0)
+            last = find_cover(union, place[0], place[1], 0.0)
         if last < 0:
             break
-        if last != before:
+        if last != previous_region:
             leap = LEAP
         i += 1
         while leap > 1 and i <= count:
-            ahead = min(i + leap, count)
-            far = x0 + (x1 - x0) * ahead / count, y0 + (y1 - y0) * ahead / count
-            if _covers_segment(center, bearing_0, values, last, place, far):
-                i, place, leap = ahead + 1, far, 2 * leap
+            leap_end = min(i + leap, count)
+            farther_point = x0 + (x1 - x0) * leap_end / count, y0 + (y1 - y0) * leap_end / count
+            if _covers_segment(center, bearing_0, values, last, place, farther_point):
+                i, place, leap = leap_end + 1, farther_point, 2 * leap
             else:
                 leap //= 2
     if i > count:
         return -1.0
-    beyond = i + 1
-    while beyond <= min(count, i + GAP_SAMPLES):
-        place = x0 + (x1 - x0) * beyond / count, y0 + (y1 - y0) * beyond / count
-        if cover_at(union, place[0], place[1], 0.0) >= 0:
+    next_index = i + 1
+    while next_index <= min(count, i + GAP_SAMPLES):
+        place = x0 + (x1 - x0) * next_index / count, y0 + (y1 - y0) * next_index / count
+        if find_cover(union, place[0], place[1], 0.0) >= 0:
             break
-        beyond += 1
-    return max(length * ((i + beyond - 1) // 2) / count, 1e-9)
+        next_index += 1
+    return max(length * ((i + next_index - 1) // 2) / count, 1e-9)
 
 
 @kernel
-def excess(union, x, y):
+def measure_excess(union, x, y):
     """Return how far (x, y) is beyond each region's boundary on the ray from its centre, at most 0 inside; (n,), m."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
     out = np.empty(len(center))
     for k in range(len(out)):
         dx, dy = x - center[k, 0], y - center[k, 1]
-        left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
-        out[k] = math.hypot(dx, dy) - min(values[k, left], values[k, right])
+        left_sample, right_sample = find_samples_beside(bearing_0[k], values.shape[1], dx, dy)
+        out[k] = math.hypot(dx, dy) - min(values[k, left_sample], values[k, right_sample])
     return out
 
 
@@ -209,8 +217,8 @@ def covers(center, bearing_0, values, k, x, y, slack):
     squared = dx * dx + dy * dy
     if squared < 1e-12:  # the centre itself
         return True
-    left, right = samples_beside(bearing_0[k], values.shape[1], dx, dy)
-    bound = min(values[k, left], values[k, right]) + slack
+    left_sample, right_sample = find_samples_beside(bearing_0[k], values.shape[1], dx, dy)
+    bound = min(values[k, left_sample], values[k, right_sample]) + slack
     return squared <= bound * bound
 
 
@@ -235,7 +243,7 @@ def _covers_segment(center, bearing_0, values, k, start, end):
 
 
 @leaf
-def samples_beside(bearing_0, samples, dx, dy):
+def find_samples_beside(bearing_0, samples, dx, dy):
     """Return the indices of the two samples beside the direction (dx, dy), by a polynomial for its bearing.
 
     It is exact up to 2e-5 rad, and several times faster than `atan2`, which decides where a direction is too near to a
@@ -253,7 +261,7 @@ def samples_beside(bearing_0, samples, dx, dy):
         angle = math.pi - angle
     turn = ((-angle if dy < 0.0 else angle) - bearing_0) / (2.0 * math.pi)
     position = (turn - math.floor(turn)) * samples
-    left = int(position)
-    if not ROUGH < position - left < 1.0 - ROUGH:
-        left = int(math.floor((math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi))) % samples
-    return left, left + 1 if left + 1 < samples else 0
+    left_sample = int(position)
+    if not ROUGH < position - left_sample < 1.0 - ROUGH:
+        left_sample = int(math.floor((math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi))) % samples
+    return left_sample, left_sample + 1 if left_sample + 1 < samples else 0

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf
-from drake_starnav.geometry.footprint import in_frame
+from drake_starnav.geometry.footprint import transform_point
 from drake_starnav.geometry.polyline import point_to_segment_squared
 from drake_starnav.surroundings.unseen import BodyStep, occluded_part_is_free
 
@@ -47,87 +47,93 @@ def is_collision_free(poses, chords, views, body, limits):
     """
     margin, room = max(limits.margin, ESCAPE_CLEARANCE), limits.room
     count, center = len(poses), chords.center
-    moved, frames = np.zeros(count), np.empty((count, 4))  # no point of the body has moved farther
+    moved_distance, frames = np.zeros(count), np.empty((count, 4))  # no point of the body has moved farther
     middle_x, middle_y = 0.5 * (poses[0, 0] + poses[-1, 0]), 0.5 * (poses[0, 1] + poses[-1, 1])
-    farthest, around = 0.0, 0.0  # of the places from the scan's, and from the middle of the way
+    farthest, swept_radius = 0.0, 0.0  # of the places from the scan's, and from the middle of the way
     for i in range(count):
         x, y, yaw = poses[i, 0], poses[i, 1], poses[i, 2]
         frames[i, 0], frames[i, 1], frames[i, 2], frames[i, 3] = x, y, math.cos(yaw), math.sin(yaw)
         farthest = max(farthest, math.hypot(x - center[0], y - center[1]))
-        around = max(around, math.hypot(x - middle_x, y - middle_y))
+        swept_radius = max(swept_radius, math.hypot(x - middle_x, y - middle_y))
         if i > 0:
             way = math.hypot(x - poses[i - 1, 0], y - poses[i - 1, 1])
-            moved[i] = moved[i - 1] + way + body.lever * abs(yaw - poses[i - 1, 2])
+            moved_distance[i] = moved_distance[i - 1] + way + body.lever * abs(yaw - poses[i - 1, 2])
     if farthest > room:
         return False
-    farthest, around = farthest + body.radius + margin, around + body.radius + margin
+    farthest, swept_radius = farthest + body.radius + margin, swept_radius + body.radius + margin
     is_disc = len(body.polygons.ends) == 0  # else the gap is a bound, which may be less than that of the disc around
-    asked = np.zeros(2, np.int64)
+    view_queries = np.zeros(2, np.int64)
     for j in range(len(chords.ends)):
-        ends = chords.ends[j]
-        away = point_to_segment_squared(center[0], center[1], ends[0], ends[1], ends[2], ends[3])
-        if away > farthest * farthest:  # what a chord hides is farther away than the chord
+        end_points = chords.ends[j]
+        center_distance = point_to_segment_squared(
+            center[0], center[1], end_points[0], end_points[1], end_points[2], end_points[3]
+        )
+        if center_distance > farthest * farthest:  # what a chord hides is farther away than the chord
             continue
-        beside = point_to_segment_squared(middle_x, middle_y, ends[0], ends[1], ends[2], ends[3])
-        if is_disc and beside > around * around and not chords.occludes[j]:
+        middle_distance = point_to_segment_squared(
+            middle_x, middle_y, end_points[0], end_points[1], end_points[2], end_points[3]
+        )
+        if is_disc and middle_distance > swept_radius * swept_radius and not chords.occludes[j]:
             continue
-        if _keeps_clearance(frames, moved, ends, center, chords.occludes[j], body, margin):
+        if _keeps_clearance(frames, moved_distance, end_points, center, chords.occludes[j], body, margin):
             continue
         if not chords.occludes[j]:
             return False
-        if chords.is_surface[j] and not _keeps_clearance(frames, moved, ends, center, False, body, margin):
+        if chords.is_surface[j] and not _keeps_clearance(
+            frames, moved_distance, end_points, center, False, body, margin
+        ):
             return False
-        if not _occluded_part_stays_free(frames, moved, ends, center, views, body, margin, asked):
+        if not _occluded_part_stays_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
             return False
     return True
 
 
 @leaf
-def _keeps_clearance(frames, moved, ends, center, occludes, body, margin):
+def _keeps_clearance(frames, moved_distance, end_points, center, occludes, body, margin):
     """Return whether a body keeps a margin to a chord, with `occludes` to all that it hides as well; m.
 
     If it begins nearer to the chord alone, it need only come no nearer.
     """
-    needed, i, way = margin, 0, moved[-1]
+    needed_clearance, i, way = margin, 0, moved_distance[-1]
     while True:
-        gap = body_chord_distance(frames[i], ends, center, occludes, body, needed + way)
-        if i == 0 and gap < needed and not occludes:
-            needed = max(gap - 1e-9, ESCAPE_CLEARANCE)
-        if not gap >= needed:  # nor is it where a pose is no number
+        gap = measure_body_chord_distance(frames[i], end_points, center, occludes, body, needed_clearance + way)
+        if i == 0 and gap < needed_clearance and not occludes:
+            needed_clearance = max(gap - 1e-9, ESCAPE_CLEARANCE)
+        if not gap >= needed_clearance:  # nor is it where a pose is no number
             return False
-        reached = moved[i] + (gap - needed)  # not less than moved[i]
-        if reached >= way:
+        reachable_distance = moved_distance[i] + (gap - needed_clearance)  # not less than moved[i]
+        if reachable_distance >= way:
             return True
-        while moved[i] <= reached:
+        while moved_distance[i] <= reachable_distance:
             i += 1
 
 
 @kernel
-def _occluded_part_stays_free(frames, moved, ends, center, views, body, margin, asked):
+def _occluded_part_stays_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
     """Return whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
-    i, count = 0, len(moved)
+    i, count = 0, len(moved_distance)
     while i < count:
-        gap = body_chord_distance(frames[i], ends, center, True, body, margin + moved[-1])
+        gap = measure_body_chord_distance(frames[i], end_points, center, True, body, margin + moved_distance[-1])
         if gap < margin:
             gap = margin
             if occluded_part_is_free(
-                BodyStep(body, frames[0], frames[i], True), ends, center, views, margin + LOOKAHEAD, asked
+                BodyStep(body, frames[0], frames[i], True), end_points, center, views, margin + LOOKAHEAD, view_queries
             ):
                 gap = margin + LOOKAHEAD
             elif i > 0 and not occluded_part_is_free(
-                BodyStep(body, frames[0], frames[i], False), ends, center, views, margin, asked
+                BodyStep(body, frames[0], frames[i], False), end_points, center, views, margin, view_queries
             ):
                 return False
-        reached = moved[i] + (gap - margin)
+        reachable_distance = moved_distance[i] + (gap - margin)
         i += 1
-        while i < count and moved[i] <= reached:
+        while i < count and moved_distance[i] <= reachable_distance:
             i += 1
     return True
 
 
 @leaf
-def body_chord_distance(frame, ends, center, occludes, body, enough):
-    """Return a lower bound of the distance of a body from a chord (4,), m, up to `enough`.
+def measure_body_chord_distance(frame, end_points, center, occludes, body, enough_distance):
+    """Return a lower bound of the distance of a body from a chord (4,), m, up to `enough_distance`.
 
     With `occludes` it is also that from all that the chord hides.
 
@@ -135,49 +141,61 @@ def body_chord_distance(frame, ends, center, occludes, body, enough):
     """
     x, y = frame[0], frame[1]  # to unpack an array may raise an error
     if len(body.polygons.ends) == 0:
-        return _point_chord_distance(x, y, ends, center, occludes) - body.radius
-    near = body.radius + enough
-    if not occludes and point_to_segment_squared(x, y, ends[0], ends[1], ends[2], ends[3]) > near * near:
-        return enough
-    (ax, ay), (bx, by) = in_frame(ends[0], ends[1], frame), in_frame(ends[2], ends[3], frame)
-    cx, cy = in_frame(center[0], center[1], frame)
+        return _measure_point_chord_distance(x, y, end_points, center, occludes) - body.radius
+    near_distance = body.radius + enough_distance
+    if (
+        not occludes
+        and point_to_segment_squared(x, y, end_points[0], end_points[1], end_points[2], end_points[3])
+        > near_distance * near_distance
+    ):
+        return enough_distance
+    (ax, ay), (bx, by) = (
+        transform_point(end_points[0], end_points[1], frame),
+        transform_point(end_points[2], end_points[3], frame),
+    )
+    cx, cy = transform_point(center[0], center[1], frame)
     chord = ax, ay, bx, by
     rays = (ax - cx, ay - cy, bx - cx, by - cy) if occludes else (0.0, 0.0, 0.0, 0.0)
     least, start = np.inf, 0
     for end in body.polygons.ends:
-        least = min(least, _part_chord_distance(chord, rays, body.polygons, start, end, enough))
+        least = min(least, _measure_part_chord_distance(chord, rays, body.polygons, start, end, enough_distance))
         start = end
     return least
 
 
 @leaf
-def _point_chord_distance(x, y, ends, center, occludes):
+def _measure_point_chord_distance(x, y, end_points, center, occludes):
     """Return the distance of a place from a chord and, with `occludes`, all that it hides, m; negative within that."""
-    away = math.sqrt(point_to_segment_squared(x, y, ends[0], ends[1], ends[2], ends[3]))
+    distance = math.sqrt(point_to_segment_squared(x, y, end_points[0], end_points[1], end_points[2], end_points[3]))
     if not occludes:
-        return away
-    ax, ay, bx, by = ends[0] - center[0], ends[1] - center[1], ends[2] - center[0], ends[3] - center[1]
+        return distance
+    ax, ay, bx, by = (
+        end_points[0] - center[0],
+        end_points[1] - center[1],
+        end_points[2] - center[0],
+        end_points[3] - center[1],
+    )
     px, py = x - center[0], y - center[1]
     side = ax * by - ay * bx
-    left, right = (ax * py - ay * px) * side, (px * by - py * bx) * side
-    beyond = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) * side
-    inside = left >= 0.0 and right >= 0.0 and beyond <= 0.0 and side != 0.0
+    left_of_start, right_of_end = (ax * py - ay * px) * side, (px * by - py * bx) * side
+    beyond_chord = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) * side
+    is_inside = left_of_start >= 0.0 and right_of_end >= 0.0 and beyond_chord <= 0.0 and side != 0.0
     for qx, qy in ((ax, ay), (bx, by)):
         t = max((px * qx + py * qy) / max(qx * qx + qy * qy, 1e-18), 1.0)
-        away = min(away, math.hypot(px - t * qx, py - t * qy))
-    return -away if inside else away
+        distance = min(distance, math.hypot(px - t * qx, py - t * qy))
+    return -distance if is_inside else distance
 
 
 @kernel
-def _part_chord_distance(chord, rays, polygons, start, end, enough):
-    """Return `body_chord_distance` of the polygon of these vertices, in the robot's frame."""
+def _measure_part_chord_distance(chord, rays, polygons, start, end, enough_distance):
+    """Return `measure_body_chord_distance` of the polygon of these vertices, in the robot's frame."""
     ax, ay, bx, by = chord
     best = -np.inf
     for e in range(start, end):
         best = max(
-            best, _extent_along(polygons.normals[e, 0], polygons.normals[e, 1], chord, rays) - polygons.offsets[e]
+            best, _find_extent_along(polygons.normals[e, 0], polygons.normals[e, 1], chord, rays) - polygons.offsets[e]
         )
-        if best >= enough:
+        if best >= enough_distance:
             return best
     for dx, dy in ((bx - ax, by - ay), (rays[0], rays[1]), (rays[2], rays[3])):
         size = math.sqrt(dx * dx + dy * dy)
@@ -188,12 +206,14 @@ def _part_chord_distance(chord, rays, polygons, start, end, enough):
         for k in range(start, end):
             reach = nx * polygons.vertices[k, 0] + ny * polygons.vertices[k, 1]
             low, high = min(low, reach), max(high, reach)
-        best = max(best, _extent_along(nx, ny, chord, rays) - high, _extent_along(-nx, -ny, chord, rays) + low)
+        best = max(
+            best, _find_extent_along(nx, ny, chord, rays) - high, _find_extent_along(-nx, -ny, chord, rays) + low
+        )
     return best
 
 
 @kernel
-def _extent_along(nx, ny, chord, rays):
+def _find_extent_along(nx, ny, chord, rays):
     """Return the least extent of a chord and the rays behind it along a normal, m; -inf if the rays lead back."""
     if nx * rays[0] + ny * rays[1] < -1e-12 or nx * rays[2] + ny * rays[3] < -1e-12:
         return -np.inf

@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.bearing_hits import points_to_bearings
-from drake_starnav.surroundings.erosion import FreeRange, bearing_tables, erode, free_range, smoothed_distances
+from drake_starnav.surroundings.erosion import FreeRange, erode, free_range, make_bearing_tables, smooth_distances
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.surroundings.region_union import RegionUnion
@@ -68,9 +68,9 @@ class StarRegion:
         Between two samples the smaller one counts: it bounds the free range there.
         """
         values = self.boundary.values
-        turns = (np.asarray(theta, dtype=float) - self.bearing_0) / (2.0 * math.pi)
-        left = np.floor(turns * len(values)).astype(int) % len(values)
-        return np.minimum(values[left], values[(left + 1) % len(values)])
+        share_of_turn = (np.asarray(theta, dtype=float) - self.bearing_0) / (2.0 * math.pi)
+        left_sample = np.floor(share_of_turn * len(values)).astype(int) % len(values)
+        return np.minimum(values[left_sample], values[(left_sample + 1) % len(values)])
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Return whether points in W are inside, no farther than `phi`; shape (..., 2) -> (...), bool."""
@@ -79,7 +79,7 @@ class StarRegion:
 
     def moved(self, frame: np.ndarray) -> "StarRegion":
         """Return the same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        center = placed(frame, self.center[None, :])[0]
+        center = transform_points(frame, self.center[None, :])[0]
         return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))
 
     def outline(self, count: int | None = None) -> np.ndarray:
@@ -103,7 +103,9 @@ def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fi
     )
 
 
-def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int = 0) -> StarRegion:
+def make_scan_region(
+    scan: LaserScan, pose: np.ndarray, radius: float, margins: Margins, samples: int = 0
+) -> StarRegion:
     """Return the star-shaped region of one scan.
 
     Args:
@@ -113,7 +115,7 @@ def scan_region(scan: LaserScan, pose: np.ndarray, radius: float, margins: Margi
         margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; 0: as many as suit this one.
     """
-    profile = free_range(scan, smoothed_distances(scan, margins.smoothing_slack), radius, margins, samples)
+    profile = free_range(scan, smooth_distances(scan, margins.smoothing_slack), radius, margins, samples)
     return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
@@ -126,9 +128,9 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
         gaps: shape (n,), their `half_gaps`, m.
         radius: of the robot with the margin that it keeps from them, m.
     """
-    within, samples = float(region.free_range.max()) + radius + CUT_BORDER * region.radius, len(region.free_range)
-    hits = points_to_bearings(points, gaps, *region.center, region.bearing_0, within, samples)
-    return erode(*hits, radius, region.free_range, *bearing_tables(samples))
+    hit_range, samples = float(region.free_range.max()) + radius + CUT_BORDER * region.radius, len(region.free_range)
+    hits = points_to_bearings(points, gaps, *region.center, region.bearing_0, hit_range, samples)
+    return erode(*hits, radius, region.free_range, *make_bearing_tables(samples))
 
 
 def clear_region(region: StarRegion, places: np.ndarray, radius: float) -> StarRegion:

@@ -12,21 +12,21 @@ from functools import cached_property
 import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.laser_scan import Beams, LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
-from drake_starnav.surroundings.erosion import field_of_view, smoothed_distances
+from drake_starnav.surroundings.erosion import field_of_view, smooth_distances
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.polar_image import covers_full_circle, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits, RecentHits
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_scan
 from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
-from drake_starnav.surroundings.unseen import initial_disc_radius
+from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.surroundings.view import RangeSmoothing, View, find_near_hits
 from drake_starnav.surroundings.view_arrays import ViewArrays
 from drake_starnav.surroundings.view_history import VIEW_SPACING, Odometer, ViewHistory, forget_stale_views
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 NEAR_HITS = 4.0
 """Hits nearer than this count as near, in radii with the margin: among movers the robot keeps off walls."""
@@ -89,9 +89,9 @@ class Surroundings:
         """Smoothed hits of the last scan close to the robot, shape (k, 2)."""
         if not self.has_views:
             return NO_POINTS
-        image, distances = self.image, smoothed_distances(self.image, self.view.params.smoothing.slack)
-        near = image.hits & (distances < min(NEAR_HITS * self.certified_star.radius, image.range_max))
-        return image.points_at(distances, near, self.robot_pose)
+        image, distances = self.image, smooth_distances(self.image, self.view.params.smoothing.slack)
+        is_near = image.hits & (distances < min(NEAR_HITS * self.certified_star.radius, image.range_max))
+        return image.points_at(distances, is_near, self.robot_pose)
 
     @property
     def view(self) -> View:
@@ -111,7 +111,10 @@ class Surroundings:
         every = np.arange(len(self.past_views.views))
         some = self.past_views.select(np.concatenate((every[:-1:COARSE], every[-1:])))
         views, poses = self.current_views.followed_by(some)
-        return [(view.beams, np.array(now_in(robot_pose, pose))) for view, pose in zip(views, poses, strict=True)]
+        return [
+            (view.beams, np.array(find_pose_in_frame(robot_pose, pose)))
+            for view, pose in zip(views, poses, strict=True)
+        ]
 
     def without_views_before(self, time: float) -> "Surroundings":
         """Return the surroundings without what was seen before a time, s."""
@@ -126,7 +129,7 @@ class Surroundings:
         views = tuple([view.moved(frame) if isinstance(view, View) else view for view in current.views])
         return dataclasses.replace(
             self,
-            robot_pose=composed(frame, self.robot_pose),
+            robot_pose=compose_poses(frame, self.robot_pose),
             current_views=current._replace(views=views),
             past_views=self.past_views.moved(frame),
             certified_star=self.certified_star.moved(frame),
@@ -134,12 +137,16 @@ class Surroundings:
 
 
 def observe(
-    before: Surroundings, views: Sequence[View], robot_pose: np.ndarray, footprint: Footprint, margins: Margins
+    previous_surroundings: Surroundings,
+    views: Sequence[View],
+    robot_pose: np.ndarray,
+    footprint: Footprint,
+    margins: Margins,
 ) -> Surroundings:
     """Return the surroundings after one more scan of each lidar.
 
     Args:
-        before: the surroundings before.
+        previous_surroundings: the surroundings before.
         views: of all lidars, taken or carried to the same time and robot pose.
         robot_pose: (x, y, yaw) of the robot then, W.
         footprint: of the robot.
@@ -147,16 +154,20 @@ def observe(
     """
     radius, time = footprint.cover_radius + margins.safety, views[0].time
     full_circle = covers_full_circle(views, footprint)
-    image = make_polar_image(views, footprint, [] if full_circle else before.coarse_views(robot_pose))
+    image = make_polar_image(views, footprint, [] if full_circle else previous_surroundings.coarse_views(robot_pose))
     reach = min(margins.safety_range + 2.0 * radius, image.range_max)
-    views, recent_hits = find_surfaces(views, before.recent_hits, reach)
+    views, recent_hits = find_surfaces(views, previous_surroundings.recent_hits, reach)
     star_image, star_hits = image, recent_hits.hits
     if margins.average_scans and image.motion is None:
-        averaged = radius + AVERAGED_WITHIN * footprint.cover_radius
-        views, star_hits = average_views(views, before.recent_hits, averaged, reach)
+        averaged_range = radius + AVERAGED_WITHIN * footprint.cover_radius
+        views, star_hits = average_views(views, previous_surroundings.recent_hits, averaged_range, reach)
         star_image = views[0].scan
-    odometer = before.odometer.advance(before.robot_pose, robot_pose) if before.has_views else before.odometer
-    past_views = remember_views(before, views, odometer, footprint, margins)
+    odometer = (
+        previous_surroundings.odometer.advance(previous_surroundings.robot_pose, robot_pose)
+        if previous_surroundings.has_views
+        else previous_surroundings.odometer
+    )
+    past_views = remember_views(previous_surroundings, views, odometer, footprint, margins)
     star_view = field_of_view(image) if full_circle or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
     return Surroundings(
         robot_pose=robot_pose,
@@ -166,7 +177,7 @@ def observe(
         past_views=past_views,
         certified_star=certify_star(star_image, star_hits, robot_pose, radius, margins.safety_range, star_view),
         time=time,
-        previous_time=before.time,
+        previous_time=previous_surroundings.time,
         odometer=odometer,
     )
 
@@ -176,34 +187,38 @@ def find_surfaces(views: Sequence[View], recent: RecentHits, reach: float) -> tu
 
     `recent` are those before; those that are returned include the hits of these views.
     """
-    recent, near = recent.forget_oldest(), [find_near_hits(view, reach) for view in views]
+    recent, near_hits = recent.forget_oldest(), [find_near_hits(view, reach) for view in views]
     views_with_hits = []
     for k, view in enumerate(views):
-        others = [hits.points for hits in (*near[:k], *near[k + 1 :])]
+        others = [hits.points for hits in (*near_hits[:k], *near_hits[k + 1 :])]
         points = np.concatenate((recent.hits.points, *others)) if others else recent.hits.points
         visible = min(reach - view.mount.offset, view.scan.range_max, view.beams.certain_range)
-        views_with_hits.append(replaced(view, near_points=near[k].points, recent_points=points, reach=visible))
-    latest = near[0] if len(near) == 1 else Hits(*map(np.concatenate, zip(*near, strict=True)))
+        views_with_hits.append(
+            replace_fields(view, near_points=near_hits[k].points, recent_points=points, reach=visible)
+        )
+    latest = near_hits[0] if len(near_hits) == 1 else Hits(*map(np.concatenate, zip(*near_hits, strict=True)))
     return views_with_hits, recent.add_scan(latest)
 
 
-def average_views(views: Sequence[View], recent: RecentHits, averaged: float, reach: float) -> tuple[list[View], Hits]:
-    """Return the view of a lone lidar with ranges up to `averaged`, m, averaged over recent scans; and its surfaces.
+def average_views(
+    views: Sequence[View], recent: RecentHits, averaged_range: float, reach: float
+) -> tuple[list[View], Hits]:
+    """Return the view of a lone lidar, with ranges up to `averaged_range` (m) averaged over recent scans; its surfaces.
 
     The surfaces are hits nearer than `reach`, m, of this view and of the `recent` scans before.
     """
     (view,) = views  # more are refused
     smoothing, scan = view.params.smoothing, view.scan
-    smoothed = smoothed_distances(scan, smoothing.slack, smoothing.beams)
-    scan = dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed, scan.ranges))
-    recent, scan = average_scan(recent, scan, view.robot_pose, averaged)
+    smoothed_ranges = smooth_distances(scan, smoothing.slack, smoothing.beams)
+    scan = dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed_ranges, scan.ranges))
+    recent, scan = average_scan(recent, scan, view.robot_pose, averaged_range)
     params = view.params._replace(smoothing=RangeSmoothing(0, smoothing.slack))
-    averaged_views, recent = find_surfaces([replaced(view, scan=scan, params=params)], recent, reach)
+    averaged_views, recent = find_surfaces([replace_fields(view, scan=scan, params=params)], recent, reach)
     return averaged_views, recent.hits
 
 
 def remember_views(
-    before: Surroundings,
+    previous_surroundings: Surroundings,
     views: Sequence[View],
     odometer: Odometer,
     footprint: Footprint,
@@ -211,10 +226,17 @@ def remember_views(
 ) -> ViewHistory:
     """Return the past views that still count; the last one is the initial free disc, as long as it does."""
     x, y, yaw = views[0].robot_pose.tolist()
-    if before.has_views:
+    if previous_surroundings.has_views:
         reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
         retention = margins.retention._replace(reach=reach, spacing=VIEW_SPACING * footprint.radius)
-        past = forget_stale_views(before.past_views, before.current_views, odometer, (x, y), views[0].time, retention)
+        past = forget_stale_views(
+            previous_surroundings.past_views,
+            previous_surroundings.current_views,
+            odometer,
+            (x, y),
+            views[0].time,
+            retention,
+        )
     else:
         past = begin_history(views, (x, y, yaw), footprint, margins.safety)
     disc = past.views[-1] if past.views else None
@@ -228,13 +250,13 @@ def begin_history(
     views: Sequence[View], pose: tuple[float, float, float], footprint: Footprint, margin: float
 ) -> ViewHistory:
     """Return the initial free disc about the first pose (x, y, yaw), unless one lidar on the axis sees all around."""
-    ahead = 0.0
+    lidar_offset = 0.0
     if covers_full_circle(views, footprint):
         if is_on_axis(views):
             return ViewHistory()
     else:
-        ahead = max(0.0, *(view.mount.x for view in views))
-    disc = InitialFreeDisc.of_radius(initial_disc_radius(footprint, margin, ahead))
+        lidar_offset = max(0.0, *(view.mount.x for view in views))
+    disc = InitialFreeDisc.of_radius(find_initial_disc_radius(footprint, margin, lidar_offset))
     return ViewHistory.of_one_time((disc,), (pose,), views[0].time, Odometer())
 
 

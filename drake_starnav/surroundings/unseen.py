@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.footprint import Body, Footprint, in_frame, part_distance
+from drake_starnav.geometry.footprint import Body, Footprint, part_distance, transform_point
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.view_arrays import body_covers, view_covers
@@ -41,38 +41,38 @@ class BodyStep(NamedTuple):
 
 
 @kernel
-def occluded_part_is_free(step, ends, center, views, margin, asked):
+def occluded_part_is_free(step, end_points, center, views, margin, view_queries):
     """Return whether all that a chord occludes of a body with a margin is free, or no nearer to it than it was.
 
     Args:
         step: of the body.
-        ends: of the chord, shape (4,), W.
+        end_points: of the chord, shape (4,), W.
         center: from where it hides, shape (2,), W.
         views: `ViewArrays`.
         margin: m.
-        asked: how often views were asked, up to MOST_ASKED, from when on nothing is known; and the one that answered
-            last, which is asked first.
+        view_queries: how often views were asked, up to MOST_ASKED, from when on nothing is known; and the one that
+            answered last, which is asked first.
     """
     for k in range(max(len(step.body.polygons.ends), 1)):
-        grown = _inflated_part(step.there, step.body, k, margin)
-        occluded = np.empty((len(grown) + 4, 2))
-        count = _occluded_polygon(grown, ends, center, occluded)
-        if count > 0 and not is_known_free(occluded, count, views, step, asked):
+        inflated_polygon = _inflate_part(step.there, step.body, k, margin)
+        occluded_polygon = np.empty((len(inflated_polygon) + 4, 2))
+        count = _make_occluded_polygon(inflated_polygon, end_points, center, occluded_polygon)
+        if count > 0 and not is_known_free(occluded_polygon, count, views, step, view_queries):
             return False
     return True
 
 
 @kernel
-def is_known_free(part, n, views, step, asked):
+def is_known_free(part, n, views, step, view_queries):
     """Return whether a convex polygon, the first `n` of `part`, is free everywhere, or no nearer to a body than it was.
 
     What is not as a whole is cut along the edges of the body where it stands, or halved, down to FINEST. Other
     arguments as for `occluded_part_is_free`.
     """
-    if _is_covered(part, n, views, step, asked)[0]:
+    if _is_covered(part, n, views, step, view_queries)[0]:
         return True
     for i in range(n):  # mostly a corner decides
-        if not _is_covered(part[i : i + 1], 1, views, step, asked)[0]:
+        if not _is_covered(part[i : i + 1], 1, views, step, view_queries)[0]:
             return False
     stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
     sizes[0] = n
@@ -84,7 +84,7 @@ def is_known_free(part, n, views, step, asked):
         m = sizes[depth]
         for i in range(m):
             piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
-        free, nx, ny, middle = _is_covered(piece, m, views, step, asked)
+        free, nx, ny, middle = _is_covered(piece, m, views, step, view_queries)
         if free:
             continue
         low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
@@ -96,7 +96,7 @@ def is_known_free(part, n, views, step, asked):
             if max(wide, high) < FINEST:
                 return False
             nx, ny, middle = (1.0, 0.0, low_x + 0.5 * wide) if wide > high else (0.0, 1.0, low_y + 0.5 * high)
-        if depth + 2 > DEPTH or asked[0] > MOST_ASKED:
+        if depth + 2 > DEPTH or view_queries[0] > MOST_ASKED:
             return False
         for side in (1.0, -1.0):
             size = clip_by_half_plane(piece, m, side * nx, side * ny, side * middle, stack[depth])
@@ -107,7 +107,7 @@ def is_known_free(part, n, views, step, asked):
 
 
 @kernel
-def _is_covered(part, n, views, step, asked):
+def _is_covered(part, n, views, step, view_queries):
     """Return whether all of a polygon is the robot's own place, or was seen in one view, or is no nearer than it was.
 
     And an edge that parts what is the robot's own place, as from `body_covers`.
@@ -115,7 +115,7 @@ def _is_covered(part, n, views, step, asked):
     own, nx, ny, middle = body_covers(step.first, step.body, part, n, np.inf)
     free = (
         own
-        or _any_view_covers(part, n, views, asked)
+        or _any_view_covers(part, n, views, view_queries)
         or (not step.must_be_free and _distance_not_reduced(part, n, step))
     )
     return free, nx, ny, middle
@@ -129,50 +129,55 @@ def _distance_not_reduced(part, n, step):
     convex, and all other normals lie between these. Nor does it if a linear bound, by the normal to the middle, is at
     each corner no less than the distance of the nearest part now.
     """
-    here, there, x, y = np.empty((n, 2)), np.empty((n, 2)), 0.0, 0.0
+    start_corner, end_corner, x, y = np.empty((n, 2)), np.empty((n, 2)), 0.0, 0.0
     for i in range(n):
-        here[i, 0], here[i, 1] = in_frame(part[i, 0], part[i, 1], step.first)
-        there[i, 0], there[i, 1] = in_frame(part[i, 0], part[i, 1], step.there)
-        x, y = x + there[i, 0] / n, y + there[i, 1] / n
+        start_corner[i, 0], start_corner[i, 1] = transform_point(part[i, 0], part[i, 1], step.first)
+        end_corner[i, 0], end_corner[i, 1] = transform_point(part[i, 0], part[i, 1], step.there)
+        x, y = x + end_corner[i, 0] / n, y + end_corner[i, 1] / n
     stops, count = step.body.polygons.ends, max(len(step.body.polygons.ends), 1)
-    before = np.empty((count, n))
+    start_distances = np.empty((count, n))
     nearest, start = 0, 0
-    leaves = np.ones(count, np.bool_)
+    is_left_by = np.ones(count, np.bool_)
     for k in range(count):
         end = stops[k] if len(stops) else 0
         for i in range(n):
-            before[k, i], nx, ny = part_distance(here[i, 0], here[i, 1], step.body, start, end)
+            start_distances[k, i], nx, ny = part_distance(start_corner[i, 0], start_corner[i, 1], step.body, start, end)
             for j in range(n):
-                away = nx * (there[j, 0] - here[j, 0]) + ny * (there[j, 1] - here[j, 1])
-                leaves[k] = leaves[k] and away >= -EXACT
-        nearest = k if before[k].max() < before[nearest].max() else nearest
+                part_distance_now = nx * (end_corner[j, 0] - start_corner[j, 0]) + ny * (
+                    end_corner[j, 1] - start_corner[j, 1]
+                )
+                is_left_by[k] = is_left_by[k] and part_distance_now >= -EXACT
+        nearest = k if start_distances[k].max() < start_distances[nearest].max() else nearest
         start = end
     start = 0
     for k in range(count):
         end = stops[k] if len(stops) else 0
-        if not leaves[k]:
-            away, nx, ny = part_distance(x, y, step.body, start, end)
+        if not is_left_by[k]:
+            part_distance_now, nx, ny = part_distance(x, y, step.body, start, end)
             for i in range(n):
-                if away + nx * (there[i, 0] - x) + ny * (there[i, 1] - y) < before[nearest, i] - EXACT:
+                if (
+                    part_distance_now + nx * (end_corner[i, 0] - x) + ny * (end_corner[i, 1] - y)
+                    < start_distances[nearest, i] - EXACT
+                ):
                     return False
         start = end
     return True
 
 
 @kernel
-def _any_view_covers(part, n, views, asked):
+def _any_view_covers(part, n, views, view_queries):
     """Return whether some view saw all of a polygon."""
     if len(views.poses) == 0:
         return False
-    first = asked[1]
-    asked[0] += 1
+    first = view_queries[1]
+    view_queries[0] += 1
     if view_covers(first, views, part, n):
         return True
     for k in range(len(views.poses)):
         if k != first:
-            asked[0] += 1
+            view_queries[0] += 1
             if view_covers(k, views, part, n):
-                asked[1] = k
+                view_queries[1] = k
                 return True
     return False
 
@@ -197,7 +202,7 @@ def clip_by_half_plane(part, n, nx, ny, offset, out):
 
 
 @kernel
-def _inflated_part(frame, body, k, margin):
+def _inflate_part(frame, body, k, margin):
     """Return a polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
     (x, y, cosine, sine), (vertices, normals, _, stops) = frame, body.polygons
     start, end, size = 0, 1, margin + (0.0 if len(stops) else body.radius)
@@ -211,14 +216,14 @@ def _inflated_part(frame, body, k, margin):
             (u, v), first, turn = vertices[j], math.atan2(b, a), math.atan2(a * d - b * c, a * c + b * d)
         count = math.ceil(turn / most)
         for t in range(count):
-            angle, away = first + turn * (t + 0.5) / count, size / math.cos(0.5 * turn / count)
-            p, q = u + away * math.cos(angle), v + away * math.sin(angle)
+            angle, corner_distance = first + turn * (t + 0.5) / count, size / math.cos(0.5 * turn / count)
+            p, q = u + corner_distance * math.cos(angle), v + corner_distance * math.sin(angle)
             out.append((x + cosine * p - sine * q, y + sine * p + cosine * q))
     return np.array(out)
 
 
 @kernel
-def _occluded_polygon(part, ends, center, out):
+def _make_occluded_polygon(part, ends, center, out):
     """Write what a chord hides of a convex polygon to `out`; return how many corners it has, 0: nothing."""
     cx, cy = center
     ax, ay, bx, by = ends[0] - cx, ends[1] - cy, ends[2] - cx, ends[3] - cy
@@ -244,7 +249,7 @@ def _occluded_polygon(part, ends, center, out):
     return n if n > 2 and area > SLIVER else 0
 
 
-def initial_disc_radius(footprint: Footprint, margin: float, offset: float) -> float:
+def find_initial_disc_radius(footprint: Footprint, margin: float, offset: float) -> float:
     """Return the radius of the disc, m: in it a robot turns, and then drives off until a lidar sees what is beside it.
 
     Args:
@@ -253,7 +258,7 @@ def initial_disc_radius(footprint: Footprint, margin: float, offset: float) -> f
         offset: of the lidar ahead of its axis, m: it may see nothing farther back.
     """
     body, here = footprint.body, np.array((0.0, 0.0, 1.0, 0.0))
-    corners = np.vstack([_inflated_part(here, body, k, margin) for k in range(max(len(footprint.parts), 1))])
+    corners = np.vstack([_inflate_part(here, body, k, margin) for k in range(max(len(footprint.parts), 1))])
     beside = float(np.abs(corners[:, 1]).max())
     ahead = offset + 2.0 * TURN / BINS * beside  # a view counts by whole bins
     return max(float(np.hypot(*corners.T).max()), math.hypot(beside, ahead)) + ROUNDING

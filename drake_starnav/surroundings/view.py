@@ -9,16 +9,16 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint, disc
-from drake_starnav.geometry.se2 import composed, now_in, placed
-from drake_starnav.lidar.deskew import deskewed
-from drake_starnav.lidar.laser_scan import HIT, Beams, LaserScan, placed_ends
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
-from drake_starnav.lidar.outlier_filter import HitHistory, without_lone_close_hits, without_outliers
-from drake_starnav.surroundings.bearing_hits import half_gaps
-from drake_starnav.surroundings.chords import Chords, chords_from_hits, occluding_chords, visible_ranges
-from drake_starnav.surroundings.erosion import moving_average
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame, transform_points
+from drake_starnav.lidar.deskew import deskew_scan
+from drake_starnav.lidar.laser_scan import HIT, Beams, LaserScan, place_ends
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
+from drake_starnav.lidar.outlier_filter import HitHistory, remove_lone_close_hits, remove_outliers
+from drake_starnav.surroundings.bearing_hits import measure_half_gaps
+from drake_starnav.surroundings.chords import Chords, chords_from_hits, measure_visible_ranges, occluding_chords
+from drake_starnav.surroundings.erosion import average_neighbours
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 NEAREST = 0.001
 """A hit that is too close to be measured is placed this far along its beam, to give it a direction, m: numerics."""
@@ -118,15 +118,15 @@ class View:
     @cached_property
     def visible_ranges(self) -> np.ndarray:
         """Visible range in each bearing bin, from the yaw of `pose` on, shape (BINS,)."""
-        return visible_ranges(self.chords.ends, self.pose, self.reach) - self.params.range_error
+        return measure_visible_ranges(self.chords.ends, self.pose, self.reach) - self.params.range_error
 
     def moved(self, frame: np.ndarray) -> "View":
         """Return the view in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
-        return replaced(
+        return replace_fields(
             self,
-            robot_pose=composed(frame, self.robot_pose),
-            near_points=placed(frame, self.near_points),
-            recent_points=placed(frame, self.recent_points),
+            robot_pose=compose_poses(frame, self.robot_pose),
+            near_points=transform_points(frame, self.near_points),
+            recent_points=transform_points(frame, self.recent_points),
         )
 
 
@@ -145,15 +145,15 @@ def make_view(scan: LaserScan, mount: Mount, robot_pose: np.ndarray, previous: V
     if (scan.cover_radius, scan.thinnest) != (cover_radius, params.thinnest):
         scan = dataclasses.replace(scan, cover_radius=cover_radius, thinnest=params.thinnest)
     if params.outlier_noise is None:
-        scan = without_lone_close_hits(scan, own_reach)
-    scan, pose = unturned(scan, mount), mount.unturned(robot_pose)
+        scan = remove_lone_close_hits(scan, own_reach)
+    scan, pose = align_with_robot(scan, mount), mount.unturned(robot_pose)
     if previous is not None and scan.time_increment:
-        scan = deskewed(scan, mount.unturned(previous.robot_pose), previous.time, pose, own_reach)
+        scan = deskew_scan(scan, mount.unturned(previous.robot_pose), previous.time, pose, own_reach)
     history = HitHistory() if previous is None else previous.hit_history
     confirmed = scan
     if params.outlier_noise is not None:
         history_points = scan.points(pose)
-        scan, confirmed = without_outliers(scan, pose, history, params.outlier_noise, own_reach)
+        scan, confirmed = remove_outliers(scan, pose, history, params.outlier_noise, own_reach)
         history = history.remembered(history_points)
     if confirmed is not scan or not scan.beams.complete:
         confirmed = confirmed.again(confirmed.ranges, thinnest=math.inf)
@@ -164,23 +164,23 @@ def carry_view(view: View, robot_pose: np.ndarray, time: float) -> View:
     """Return a view as if it was taken at a later time, s, and pose of the robot, as the surroundings stand still."""
     if view.time == time:
         return view
-    mount = Mount(*now_in(robot_pose, np.array(view.pose)), upside_down=False)
-    scan = unturned(dataclasses.replace(view.scan, time=time), mount)
-    confirmed = scan if view.confirmed_scan is view.scan else unturned(view.confirmed_scan, mount)
+    mount = Mount(*find_pose_in_frame(robot_pose, np.array(view.pose)), upside_down=False)
+    scan = align_with_robot(dataclasses.replace(view.scan, time=time), mount)
+    confirmed = scan if view.confirmed_scan is view.scan else align_with_robot(view.confirmed_scan, mount)
     return View(scan, confirmed, mount, robot_pose, view.hit_history, view.params)
 
 
-def smoothed_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMOOTHED) -> Hits:
+def smooth_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMOOTHED) -> Hits:
     """Return static and possibly moving hits of a scan in B, as `View.scan` is; rays of an image may pass beside."""
-    return Hits(*hits_of_beams(scan.beams, smoothing, mount.x, mount.y))
+    return Hits(*make_hits(scan.beams, smoothing, mount.x, mount.y))
 
 
 @kernel
-def hits_of_beams(beams, smoothing, x, y):
-    """Return points and half gaps of `smoothed_hits`, of beams that start at (x, y)."""
-    measured, hits = moving_average(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
-    points = placed_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
-    return points, half_gaps(measured, beams)[hits]
+def make_hits(beams, smoothing, x, y):
+    """Return points and half gaps of `smooth_hits`, of beams that start at (x, y)."""
+    measured, hits = average_neighbours(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
+    points = place_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
+    return points, measure_half_gaps(measured, beams)[hits]
 
 
 def find_near_hits(view: View, reach: float) -> Hits:
@@ -193,7 +193,7 @@ def find_near_hits(view: View, reach: float) -> Hits:
 @kernel
 def _find_near_hits(beams, smoothing, place, reach, position, yaw):
     """Return points and half gaps of `find_near_hits`, of a lidar at a place in B."""
-    points, gaps = hits_of_beams(beams, smoothing, place[0], place[1])
+    points, gaps = make_hits(beams, smoothing, place[0], place[1])
     near = np.hypot(points[:, 0], points[:, 1]) < reach
     cosine, sine = math.cos(yaw), math.sin(yaw)
-    return placed_ends(points, np.ones(len(points)), near, position[0], position[1], cosine, sine), gaps[near]
+    return place_ends(points, np.ones(len(points)), near, position[0], position[1], cosine, sine), gaps[near]

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Body, disc
-from drake_starnav.geometry.se2 import now_in
+from drake_starnav.geometry.se2 import find_pose_in_frame
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.view import View
@@ -40,7 +40,7 @@ class ViewArrays(NamedTuple):
         views = [view for view in history.views if isinstance(view, View)]
         footprint = views[0].params.footprint if views else disc(0.0)
         robots = [
-            now_in(np.array(view.pose), view.robot_pose) if isinstance(view, View) else NOWHERE
+            find_pose_in_frame(np.array(view.pose), view.robot_pose) if isinstance(view, View) else NOWHERE
             for view in history.views
         ]
         ranges = np.array([view.visible_ranges for view in history.views]).reshape(-1, BINS)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.se2 import Place, placed
+from drake_starnav.geometry.se2 import Place, transform_points
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import VIEW_TURN, ViewRetention
@@ -74,7 +74,7 @@ class ViewHistory(NamedTuple):
 
     def moved(self, frame: np.ndarray) -> "ViewHistory":
         """Return the views in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
-        poses = np.column_stack((placed(frame, self.rows[:, :2]), self.rows[:, 2] + frame[2]))
+        poses = np.column_stack((transform_points(frame, self.rows[:, :2]), self.rows[:, 2] + frame[2]))
         return self._replace(rows=np.hstack((poses, self.rows[:, 3:])))
 
 

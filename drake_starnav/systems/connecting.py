@@ -47,9 +47,10 @@ def connect_inputs(builder: DiagramBuilder, system: System, sources: Mapping[str
         name = port.get_name()
         if name in sources:
             connect(builder, sources[name], port, role)
-        elif near := difflib.get_close_matches(name, sources, n=1, cutoff=ALIKE):
+        elif similar_names := difflib.get_close_matches(name, sources, n=1, cutoff=ALIKE):
             raise StarnavError(
-                f"{role}: input port {name} is not connected; did you mean {near[0]}? allowed: {', '.join(sources)}, "
+                f"{role}: input port {name} is not connected; did you mean {similar_names[0]}? allowed: "
+                f"{', '.join(sources)}, "
                 "or any port that you connected before"
             )
 
@@ -74,9 +75,9 @@ def output_port(system: System, name: str, size: int | None, role: str) -> Outpu
     if name not in ports and not (len(ports) == 1 and ports.keys() <= UNNAMED):
         raise StarnavError(f"{role} has the output ports {', '.join(ports) or 'none'}; allowed: one named {name}")
     port = ports.get(name) or next(iter(ports.values()))
-    wanted = "abstract" if size is None else f"a vector of size {size}"
-    if _kind(port) != wanted:
-        raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted}")
+    wanted_kind = "abstract" if size is None else f"a vector of size {size}"
+    if _kind(port) != wanted_kind:
+        raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted_kind}")
     return port
 
 

@@ -9,7 +9,7 @@ from drake_starnav.control.inputs import Propose
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation
-from drake_starnav.safety.certificates import standard_certificates
+from drake_starnav.safety.certificates import make_standard_certificates
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
@@ -94,6 +94,6 @@ class DsmController(Controller):
         if tracked is None:
             return proposal
         seen, act = inputs.surroundings, self._actuation
-        certificates = standard_certificates(seen, self._margin, act, inputs.pose[:2], tracked)
+        certificates = make_standard_certificates(seen, self._margin, act, inputs.pose[:2], tracked)
         way = avoid_collision(inputs, tracked, certificates, act, self._robot)
         return proposal if way is None else proposal._replace(twist=way)

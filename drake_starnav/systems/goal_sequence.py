@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_starnav.geometry.footprint import Footprint, disc, fastest_point
+from drake_starnav.geometry.footprint import Footprint, disc, find_top_speed
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.planning.pose_search import NEAR_GOAL, REACH
 from drake_starnav.robot import BASES, Base
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.timing import check_period
 
 HEADING_TOLERANCE = 0.05
 """A robot has turned to a heading when it differs by less than this, rad."""
@@ -35,10 +35,17 @@ class Arrival(NamedTuple):
         It arrives within the room's tolerance; while it is `turning`, it may leave the place again.
         """
         (goal_x, goal_y, *turn), (x, y, yaw, *speeds) = goal, state[:5].tolist()
-        away, stands = math.hypot(x - goal_x, y - goal_y), fastest_point(*speeds, room.radius) <= STANDING
-        turned = all(abs(math.remainder(wanted - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted in turn)
-        turns = turn and away < (room.turning if turning else room.standing if stands else room.tolerance)
-        return Arrival(away < room.tolerance and turned, turn[0] if turns else math.nan)
+        goal_distance, is_standing = (
+            math.hypot(x - goal_x, y - goal_y),
+            find_top_speed(*speeds, room.radius) <= STANDING,
+        )
+        has_turned = all(
+            abs(math.remainder(wanted_heading - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted_heading in turn
+        )
+        must_turn = turn and goal_distance < (
+            room.turning if turning else room.standing if is_standing else room.tolerance
+        )
+        return Arrival(goal_distance < room.tolerance and has_turned, turn[0] if must_turn else math.nan)
 
 
 class TurningRoom(NamedTuple):
@@ -59,9 +66,14 @@ class TurningRoom(NamedTuple):
     @staticmethod
     def of(base: Base, shape: Footprint, tolerance: float) -> "TurningRoom":
         """The room of a robot with this footprint; `tolerance` in m."""
-        near = max(NEAR_GOAL * shape.lever, tolerance)
+        arrival_distance = max(NEAR_GOAL * shape.lever, tolerance)
         stays = base.turns_on_the_spot and shape.is_disc
-        return TurningRoom(shape.radius, tolerance, near, near if stays else max(REACH * shape.radius, near))
+        return TurningRoom(
+            shape.radius,
+            tolerance,
+            arrival_distance,
+            arrival_distance if stays else max(REACH * shape.radius, arrival_distance),
+        )
 
 
 class GoalSequence(LeafSystem):
@@ -111,21 +123,21 @@ class GoalSequence(LeafSystem):
         self._indices = [self.DeclareDiscreteState(np.array(value)) for value in values]
         for name, index in zip(names, self._indices, strict=True):
             self.DeclareStateOutputPort(name, index)
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, period=period), 0.0, self._check)
+        self.DeclarePeriodicDiscreteUpdateEvent(check_period(self, period=period), 0.0, self._check)
 
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
-        goal, heading, reached = self._indices
-        times = context.get_discrete_state(reached).value().copy()
+        goal, heading, reached_times = self._indices
+        times = context.get_discrete_state(reached_times).value().copy()
         k = int(np.isfinite(times).sum())
         if k == len(times):
             return EventStatus.DidNothing()
         state, turning = self._state.Eval(context), math.isfinite(context.get_discrete_state(heading).value()[0])
         arrival = Arrival.at(self._goals[k], state, self._room, turning)
-        wanted = arrival.heading
-        if arrival.reached and (len(self._goals[k]) == 2 or fastest_point(*state[3:], self._room.radius) <= STANDING):
+        wanted_heading = arrival.heading
+        if arrival.reached and (len(self._goals[k]) == 2 or find_top_speed(*state[3:], self._room.radius) <= STANDING):
             times[k] = context.get_time()
-            values.set_value(reached, times)
+            values.set_value(reached_times, times)
             values.set_value(goal, self._goals[min(k + 1, len(times) - 1)][:2])
-            wanted = wanted if k + 1 == len(times) else math.nan
-        values.set_value(heading, [wanted])
+            wanted_heading = wanted_heading if k + 1 == len(times) else math.nan
+        values.set_value(heading, [wanted_heading])
         return EventStatus.Succeeded()

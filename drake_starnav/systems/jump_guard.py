@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.timing import check_period
 
 
 class JumpGuard(LeafSystem):
@@ -37,7 +37,7 @@ class JumpGuard(LeafSystem):
             holonomic: whether the robot drives in any direction: the speed does not tell in which.
         """
         super().__init__()
-        self._period = checked_period(self, rate=rate)
+        self._period = check_period(self, rate=rate)
         self._tolerance, self._rolling, self._holonomic = tolerance, rolling, holonomic
         self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._state = self.DeclareVectorInputPort("state", 5)
@@ -59,8 +59,8 @@ class JumpGuard(LeafSystem):
             step = math.hypot(x - last_x, y - last_y) - abs(way)
         else:
             step = math.hypot(x - last_x - way * math.cos(yaw), y - last_y - way * math.sin(yaw))
-        jumped = step > self._tolerance  # never before the first position, which is NaN
-        return x, y, context.get_time() if jumped else jump_time
+        has_jumped = step > self._tolerance  # never before the first position, which is NaN
+        return x, y, context.get_time() if has_jumped else jump_time
 
     def _guarded(self, context: Context) -> Surroundings:
         seen, jump_time = self._surroundings.Eval(context), self._watched(context)[2]

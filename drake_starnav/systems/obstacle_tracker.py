@@ -7,9 +7,9 @@ from time import perf_counter
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, newest, unturned
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot, find_newest
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
@@ -63,23 +63,23 @@ class ObstacleTracker(LeafSystem):
         declare_value(self, "tracks", Tracks(), ObstacleTracker._tracks, depends)
 
     def _stamp(self, context: Context) -> float:
-        return newest([port.Eval(context) for port in self._scans])
+        return find_newest([port.Eval(context) for port in self._scans])
 
     def _after(self, context: Context, before: tuple[TrackerState, ...]) -> tuple[TrackerState, ...]:
-        scans, pose, after = [port.Eval(context) for port in self._scans], self._pose.Eval(context), list(before)
-        time = newest(scans)
-        new = [k for k, scan in enumerate(scans) if newest([scan]) == time != before[k].tracks.time]
+        scans, pose, next_states = [port.Eval(context) for port in self._scans], self._pose.Eval(context), list(before)
+        time = find_newest(scans)
+        new = [k for k, scan in enumerate(scans) if find_newest([scan]) == time != before[k].tracks.time]
         if not new:
             return before
         begin = perf_counter()
         for k in new:
-            scan, place = unturned(scans[k], _flip(self._mounts[k])), composed(pose, self._mounts[k][:3])
-            after[k] = track(before[k], scan, place, self._obstacles, self._range_deviation)
+            scan, place = align_with_robot(scans[k], _flip(self._mounts[k])), compose_poses(pose, self._mounts[k][:3])
+            next_states[k] = track(before[k], scan, place, self._obstacles, self._range_deviation)
         self._stopwatch.note("track", begin)
-        return tuple(after)
+        return tuple(next_states)
 
     def _last_scan(self, context: Context, number: int) -> LaserScan:
-        return unturned(self._tracked.Eval(context)[number].scan, _flip(self._mounts[number]))
+        return align_with_robot(self._tracked.Eval(context)[number].scan, _flip(self._mounts[number]))
 
     def _tracks(self, context: Context) -> Tracks:
         return join_tracks(self._tracked.Eval(context), self._obstacles)

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
-from drake_starnav.geometry.se2 import inverse
+from drake_starnav.geometry.se2 import invert_pose
 from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot.motion import BrakingMotion
@@ -99,10 +99,10 @@ class ScanMatcher(LeafSystem):
         return self._moved(self._guidance.Eval(context), self._map.Eval(context), back=True)
 
     def _corrected_certificate(self, context: Context) -> BrakingMotion:
-        certificate, known = self._certificate.Eval(context), self._map.Eval(context)
-        return BrakingMotion(certificate.certified, np.array([known.corrected(pose) for pose in certificate.path]))
+        certificate, known_map = self._certificate.Eval(context), self._map.Eval(context)
+        return BrakingMotion(certificate.certified, np.array([known_map.corrected(pose) for pose in certificate.path]))
 
 
 def _moved(value: Any, known: ScanMap, back: bool = False) -> Any:
     """A value in O, one with a method `moved`, in M; or back."""
-    return value.moved(inverse(known.correction) if back else known.correction)
+    return value.moved(invert_pose(known.correction) if back else known.correction)

@@ -66,13 +66,15 @@ class ScanState(Generic[T]):
                 they show nothing new.
             stamp: method of the owner: time of the scan that the inputs show, s; -inf if they show none.
         """
-        begun = _Processed(initial)
+        initial_state = _Processed(initial)
         self._name, self._initial = type(system).__name__, initial
-        self._state = system.DeclareAbstractState(Value[object](begun))
+        self._state = system.DeclareAbstractState(Value[object](initial_state))
         self._after, self._stamp = weakly(after), weakly(stamp)
         self._known = system.DeclareCacheEntry(
             "the state, what was known before the latest scan, and with it",
-            ValueProducer(allocate=lambda: Value[object]((begun, begun, begun)), calc=weakly(self._calc)),
+            ValueProducer(
+                allocate=lambda: Value[object]((initial_state, initial_state, initial_state)), calc=weakly(self._calc)
+            ),
             {system.abstract_state_ticket(self._state), *(port.ticket() for port in inputs)},
         )
         self.ticket = self._known.ticket()
@@ -88,32 +90,34 @@ class ScanState(Generic[T]):
         return self._known.Eval(context)[2].dropped
 
     def _calc(self, context: Context, value: AbstractValue) -> None:
-        stored, time = context.get_abstract_state(self._state).get_value(), context.get_time()
-        base, before, latest = value.get_value()
-        if base is not stored or time < latest.clock:
-            if time < stored.clock:
-                before = latest = _Processed(self._initial, clock=time, ignored=max(stored.stamp, latest.stamp))
+        stored_state, time = context.get_abstract_state(self._state).get_value(), context.get_time()
+        base, previous_state, latest = value.get_value()
+        if base is not stored_state or time < latest.clock:
+            if time < stored_state.clock:
+                previous_state = latest = _Processed(
+                    self._initial, clock=time, ignored=max(stored_state.stamp, latest.stamp)
+                )
             else:  # an integrator may look ahead, and go back
-                before = latest = stored
+                previous_state = latest = stored_state
         stamp = self._stamp(context)
-        after = self._next(context, latest, stamp)
-        if after is latest:
-            after, latest = latest, before
+        next_state = self._next(context, latest, stamp)
+        if next_state is latest:
+            next_state, latest = latest, previous_state
         elif stamp == latest.stamp:  # other inputs have changed: what is known does not depend on who asked before
-            after, latest = self._next(context, before, stamp), before
-        value.set_value((stored, latest, after))
+            next_state, latest = self._next(context, previous_state, stamp), previous_state
+        value.set_value((stored_state, latest, next_state))
 
     def _next(self, context: Context, before: _Processed, stamp: float) -> _Processed:
         if stamp in (-math.inf, before.ignored):
             return before
         if stamp < before.stamp:
-            dropped = before.dropped + 1
+            dropped_count = before.dropped + 1
             warnings.warn(
                 f"{self._name}: a scan of {stamp:.3f} s came after that of {before.stamp:.3f} s and is dropped; "
-                f"{dropped} so far",
+                f"{dropped_count} so far",
                 stacklevel=1,
             )
-            return dataclasses.replace(before, ignored=stamp, dropped=dropped)
+            return dataclasses.replace(before, ignored=stamp, dropped=dropped_count)
         value = self._after(context, before.value)
         if value is before.value:
             return before
@@ -122,14 +126,14 @@ class ScanState(Generic[T]):
         return _Processed(value, stamp, time, due, dropped=before.dropped)
 
     def _step(self, context: Context, state: State) -> EventStatus:
-        stored, before, latest = self._known.Eval(context)
-        if before is stored and context.get_time() < latest.due:
+        stored_state, previous_state, latest_state = self._known.Eval(context)
+        if previous_state is stored_state and context.get_time() < latest_state.due:
             return EventStatus.DidNothing()  # an update makes Drake copy all state, and forget all that follows from it
         return self._update(context, state)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        stored, _, latest = self._known.Eval(context)
-        if latest is stored:
+        stored_state, _, latest_state = self._known.Eval(context)
+        if latest_state is stored_state:
             return EventStatus.DidNothing()
-        state.get_mutable_abstract_state(self._state).set_value(latest)
+        state.get_mutable_abstract_state(self._state).set_value(latest_state)
         return EventStatus.Succeeded()

@@ -11,7 +11,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
@@ -24,7 +24,7 @@ from drake_starnav.robot.limits import time_from_rest
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.obstruction import SHORTEST_WAY, obstruction, place_of_nearest
+from drake_starnav.surroundings.obstruction import SHORTEST_WAY, describe_nearest, describe_obstruction
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
@@ -226,7 +226,7 @@ class StarRoadmapPlanner(LeafSystem):
             return ""
         scan = self._observation.Eval(context).scan
         if dead_end is not None and scan.may_leave.any():
-            where = place_of_nearest(scan, scan.may_leave)
+            where = describe_nearest(scan, scan.may_leave)
             return f"waits for an obstacle that may leave, {where}: no other way is left"
         return self._describe_obstruction(context, plan.state)
 
@@ -237,11 +237,11 @@ class StarRoadmapPlanner(LeafSystem):
         if knows:
             to_x, to_y = (path[0] if len(path) else self._goal.Eval(context)) - pose[:2]
             bearing, scan = math.atan2(to_y, to_x) - float(pose[2]), self._observation.Eval(context).scan
-            reason = obstruction(self._surroundings.Eval(context), scan, bearing, shape, pose)
+            reason = describe_obstruction(self._surroundings.Eval(context), scan, bearing, shape, pose)
             if reason:
                 return reason
         reach = shape.cover_radius + margin + SHORTEST_WAY * shape.cover_radius
-        zone = state.roadmap.closures.find_cause_near(placed(pose, shape.cover), reach)
+        zone = state.roadmap.closures.find_cause_near(transform_points(pose, shape.cover), reach)
         if zone:
             return f"too near: {zone}, which the robot keeps out of"
         if not len(path):

@@ -6,9 +6,9 @@ import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.motion import predicted_pose, velocity_of
+from drake_starnav.robot.motion import convert_to_velocity, predict_pose
 from drake_starnav.systems.release import declare_vector
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.timing import check_period
 
 
 class StatePredictor(LeafSystem):
@@ -33,7 +33,7 @@ class StatePredictor(LeafSystem):
     def __init__(self, robot: RobotParameters, *, delay: float, rate: float) -> None:
         """Predict over a delay of more than 0 s from a command to its effect, at the controller's rate, Hz."""
         super().__init__()
-        self._robot, self._delay, self._period = robot, delay, checked_period(self, rate=rate)
+        self._robot, self._delay, self._period = robot, delay, check_period(self, rate=rate)
         self._size = len(robot.drive.components)
         self._state = self.DeclareVectorInputPort("state", 5)
         self._command = self.DeclareVectorInputPort("twist_command", self._size)
@@ -52,6 +52,6 @@ class StatePredictor(LeafSystem):
 
     def _predicted(self, context: Context) -> np.ndarray:
         twists = self._twists(context)
-        pending = np.array([(*velocity_of(twist), self._period) for twist in twists])
-        pose = predicted_pose(self._state.Eval(context)[:3], pending, self._delay, self._robot.limits)
+        pending = np.array([(*convert_to_velocity(twist), self._period) for twist in twists])
+        pose = predict_pose(self._state.Eval(context)[:3], pending, self._delay, self._robot.limits)
         return np.concatenate((pose, self._robot.drive.body_rates(twists[-1])))

@@ -12,8 +12,8 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation, BrakingMotion, roll_out
-from drake_starnav.safety.certificates import Certificate, standard_certificates
-from drake_starnav.safety.shield import braking_twist, ramped_twist, shield_twist
+from drake_starnav.safety.certificates import Certificate, make_standard_certificates
+from drake_starnav.safety.shield import make_braking_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value
@@ -21,7 +21,7 @@ from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.utils.timing import checked_period
+from drake_starnav.utils.timing import check_period
 
 
 class Unshielded(LeafSystem):
@@ -59,26 +59,26 @@ class Unshielded(LeafSystem):
         self._twist, self._certified = self.DeclareDiscreteState(size), self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("twist_command", self._twist)
         declare_value(self, "certificate", BrakingMotion.none(), Unshielded._certificate)
-        self.DeclarePeriodicDiscreteUpdateEvent(checked_period(self, rate=controller.rate), 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(check_period(self, rate=controller.rate), 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         pose = self._state.Eval(context)[:3]
         certified_by = self.certificates(context, pose[:2])
         count = self._stopwatch.count("command")
-        desired, begin = self._desired.Eval(context), perf_counter()
-        if not math.isfinite(sum(desired.tolist()) + sum(pose.tolist())):
+        desired_twist, begin = self._desired.Eval(context), perf_counter()
+        if not math.isfinite(sum(desired_twist.tolist()) + sum(pose.tolist())):
             raise StarnavError(
-                f"desired_twist is {desired.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
+                f"desired_twist is {desired_twist.tolist()} at the pose {pose.tolist()}; allowed: finite numbers"
             )
         twist = values.get_mutable_value(self._twist)  # as it was
-        target = self._actuation.base.saturated(desired, self._actuation.limits)
+        target = self._actuation.base.saturate(desired_twist, self._actuation.limits)
         if certified_by is None:
-            driven, certified = ramped_twist(twist, target, self._actuation), False
+            driven_twist, is_certified = ramp_twist(twist, target, self._actuation), False
         else:
-            driven, certified = shield_twist(pose, twist, target, *certified_by)
+            driven_twist, is_certified = shield_twist(pose, twist, target, *certified_by)
         self._stopwatch.note("command", begin, since=count)
-        twist[:] = driven
-        values.get_mutable_value(self._certified)[0] = certified
+        twist[:] = driven_twist
+        values.get_mutable_value(self._certified)[0] = is_certified
 
     def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
         """The certificates that must accept what is driven, and the effect of commands; None: there are none."""
@@ -86,11 +86,11 @@ class Unshielded(LeafSystem):
 
     def _certificate(self, context: Context) -> BrakingMotion:
         twist = context.get_discrete_state(self._twist).value()
-        certified = bool(context.get_discrete_state(self._certified).value()[0])
+        is_certified = bool(context.get_discrete_state(self._certified).value()[0])
         actuation = replace(self._actuation, delay=0.0)
-        rest = braking_twist(twist, twist, actuation.limits, False)
+        rest = make_braking_twist(twist, twist, actuation.limits, False)
         path = roll_out(self._state.Eval(context), twist, rest, actuation).pose
-        return BrakingMotion(certified, path)
+        return BrakingMotion(is_certified, path)
 
 
 class TwistShield(Unshielded):
@@ -148,17 +148,17 @@ class TwistShield(Unshielded):
         if self._obstacles is not None:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        standard = standard_certificates(surroundings, self._margin, self._actuation, position, tracked)
+        standard = make_standard_certificates(surroundings, self._margin, self._actuation, position, tracked)
         return standard + self.own_certificates, self._actuation
 
 
 def _check_certificates(certificates: tuple[Certificate, ...], actuation: Actuation) -> None:
     """Raise a `StarnavError` unless each certificate decides about the motion of a robot that stands."""
-    stands = np.zeros(len(actuation.base.components))
+    standing_twist = np.zeros(len(actuation.base.components))
     for k, each in enumerate(certificates):
         name = f"certificates[{k}] is a {type(each).__name__}"
         if not callable(getattr(each, "accepts", None)):
             raise StarnavError(f"{name} without a method accepts; allowed: one with accepts(motion) -> bool")
-        said = each.accepts(roll_out(np.zeros(3), stands, stands, actuation))
-        if not isinstance(said, (bool, np.bool_)):
-            raise StarnavError(f"{name} whose accepts(motion) is {shown(said)}; allowed: True or False")
+        is_accepted = each.accepts(roll_out(np.zeros(3), standing_twist, standing_twist, actuation))
+        if not isinstance(is_accepted, (bool, np.bool_)):
+            raise StarnavError(f"{name} whose accepts(motion) is {shown(is_accepted)}; allowed: True or False")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan, place_ends
 from drake_starnav.tracking.clusters import (
     SMALLEST_RADIUS,
     estimate_disc,
@@ -28,7 +28,7 @@ from drake_starnav.tracking.prediction import (
     predict_rows,
     select_rows,
 )
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 GAIN = 0.2
 """Share by which a track's radius, and its share of moving beams, follow the latest cluster."""
@@ -207,7 +207,7 @@ def update_tracks(
     )
     if parameters.guarded:
         possible_starters = add_radius(points[beam_motion.may_start & ~is_doubtful], 0.0)
-        next_tracks = replaced(
+        next_tracks = replace_fields(
             next_tracks, possible_starters=possible_starters, occlusion_discs=find_occlusion_points(scan, pose)
         )
     reported_motion = np.where(beam_motion.may_start & (beam_motion.motion == STATIC), STANDING, beam_motion.motion)
@@ -234,7 +234,7 @@ def _update_rows(tracks, last_scan, beams, beam_motion, pose, scan_start, limits
     (x, y, yaw), (time, angle_min), (max_speed, max_radius) = pose, scan_start, limits
     sensor_position = np.array(pose[:2])
     n, track_count = len(beam_motion.motion), len(tracks.radius)
-    points = placed_ends(beams.directions, beams.distances, np.ones(n, np.bool_), x, y, math.cos(yaw), math.sin(yaw))
+    points = place_ends(beams.directions, beams.distances, np.ones(n, np.bool_), x, y, math.cos(yaw), math.sin(yaw))
     clusters_found = find_clusters(beams, beam_motion.motion != STATIC, beam_motion.may_start, max_radius)
     cluster_discs, is_whole = np.empty((len(clusters_found), 3)), np.empty(len(clusters_found), np.bool_)
     for c in range(len(clusters_found)):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf, put
-from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, placed_ends
+from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, place_ends
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.surfaces import find_continuing_beams, find_runs, measure_chord
 from drake_starnav.utils.snapshot import snapshot
@@ -128,7 +128,7 @@ class OccupancyHistory:
 def _find_hit_cells(beams, x, y, yaw, first):
     """The loop of `OccupancyHistory._find_hit_cells`."""
     all_beams = np.ones(len(beams.kinds), np.bool_)
-    ends = placed_ends(beams.directions, beams.distances, all_beams, x, y, math.cos(yaw), math.sin(yaw))
+    ends = place_ends(beams.directions, beams.distances, all_beams, x, y, math.cos(yaw), math.sin(yaw))
     cells = np.full((len(ends), 2), -1)
     for k in range(len(ends)):
         if beams.kinds[k] & HIT:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.lidar.deskew import deskewed
+from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.tracking.kalman_tracks import Tracks, update_tracks
 from drake_starnav.tracking.occupancy_history import OccupancyHistory
@@ -21,7 +21,7 @@ from drake_starnav.tracking.prediction import (
     predict_trajectories,
 )
 from drake_starnav.tracking.surfaces import find_large_surfaces
-from drake_starnav.utils.snapshot import replaced, snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)
 """A scan of lost beams only, which carries no information."""
@@ -77,7 +77,7 @@ def track(
         range_deviation: declared standard deviation of the range error, m.
     """
     if scan.time_increment and previous_state.grid is not None:
-        scan = deskewed(scan, previous_state.pose, previous_state.scan.time, pose)
+        scan = deskew_scan(scan, previous_state.pose, previous_state.scan.time, pose)
     grid = previous_state.grid or OccupancyHistory.make_around(pose[:2], scan.range_max)
     on_large_surface = find_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     beam_motion = grid.classify_beams(scan, pose, on_large_surface, parameters)
@@ -86,7 +86,10 @@ def track(
     static_hits = scan.points_at(scan.distances, scan.hits & (beam_motion.motion == STATIC), pose)
     walls = np.vstack((grid.find_walls(scan.time, tracks.position, reach), static_hits))
     trajectories = predict_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
-    tracks, scan = replaced(tracks, predicted_trajectories=trajectories), replaced(scan, motion=reported_motion)
+    tracks, scan = (
+        replace_fields(tracks, predicted_trajectories=trajectories),
+        replace_fields(scan, motion=reported_motion),
+    )
     return TrackerState(
         grid.add_scan(scan, pose, on_large_surface & (beam_motion.motion != DYNAMIC)), tracks, scan, pose
     )

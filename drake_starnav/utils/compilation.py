@@ -69,28 +69,28 @@ class _Compilation(event.Listener):
 @functools.cache
 def _imported(path: str) -> set[str]:
     """Return the files of the package that a file may import a function or constant from."""
-    found: set[str] = set()
+    found_files: set[str] = set()
     for module, names in IMPORT.findall(Path(path).read_bytes()):
         place = ROOT.joinpath(*module.decode().split(".")[1:])
-        inside = [place / f"{name}.py" for name in re.findall(r"\w+", names.decode())]
+        inner_files = [place / f"{name}.py" for name in re.findall(r"\w+", names.decode())]
         if place.with_suffix(".py").is_file():
-            found.add(str(place.with_suffix(".py")))
-        elif all(file.is_file() for file in inside):
-            found.update(map(str, inside))
+            found_files.add(str(place.with_suffix(".py")))
+        elif all(file.is_file() for file in inner_files):
+            found_files.update(map(str, inner_files))
         else:  # names of a package, which any of its files may hold
-            found.update(str(file) for file in place.glob("*.py") if file.stem.isidentifier())
-    return found
+            found_files.update(str(file) for file in place.glob("*.py") if file.stem.isidentifier())
+    return found_files
 
 
 @functools.cache
 def _sources(path: str) -> tuple[tuple[str, int, int], ...]:
     """Return path, time of the last change in ns, and size of a file and of all that it may import, directly or not."""
-    known, files = {path}, [path]
+    known_files, files = {path}, [path]
     for file in files:  # grows
-        new = _imported(file) - known
-        known |= new
+        new = _imported(file) - known_files
+        known_files |= new
         files += new
-    return _stamped(sorted(known))
+    return _stamped(sorted(known_files))
 
 
 def _stamped(paths: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
@@ -115,12 +115,12 @@ def _cache_folder(path: str) -> Path:
     It is inside the package, or else where Numba keeps what it compiles for a user; inside `NUMBA_CACHE_DIR` if that is
     set. Where no folder can be written, what the package's own holds is loaded, and nothing is saved.
     """
-    inside = ROOT / "__pycache__"
+    inner_cache = ROOT / "__pycache__"
     user = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
     user /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
     module = os.path.relpath(path, ROOT).removesuffix(".py").replace(os.sep, ".")
     name = f"{COMPILED}{module}-{_key(path)}"
-    for place in (user,) if config.CACHE_DIR else (inside, user):
+    for place in (user,) if config.CACHE_DIR else (inner_cache, user):
         folder = place / name
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
@@ -128,7 +128,7 @@ def _cache_folder(path: str) -> Path:
                 for other in set(place.glob(f"{COMPILED}{module}-*")) - {folder}:
                     shutil.rmtree(other, ignore_errors=True)
                 return folder
-    return inside / name
+    return inner_cache / name
 
 
 class _Locator(caching.InTreeCacheLocator):

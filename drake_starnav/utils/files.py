@@ -97,14 +97,14 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Iterable[Path | str] =
 
     None among the outputs is skipped, and so are inputs that are no files.
     """
-    read, written = {Path(path).resolve() for path in inputs if os.path.isfile(path)}, set()
+    read_paths, written_paths = {Path(path).resolve() for path in inputs if os.path.isfile(path)}, set()
     for path in filter(None, outputs):
         target = path.resolve()
-        if target in written:
+        if target in written_paths:
             raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
-        if target in read:
+        if target in read_paths:
             raise StarnavError(f"{path} is to be read and written; allowed: another file to write")
-        written.add(target)
+        written_paths.add(target)
         check_writable(path)
 
 

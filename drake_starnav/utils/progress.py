@@ -28,8 +28,8 @@ class Progress:
         self.silent = self.silent or sys.stderr is None
         columns, rows = shutil.get_terminal_size()  # 80 x 24 where the terminal says 0
         look = {"bar_format": "{desc} {bar} {elapsed} so far{postfix}", "ncols": columns, "nrows": rows}
-        hidden = self.silent or not sys.stderr.isatty()
-        self._bar: Any = tqdm(total=1.0, desc=label, leave=False, disable=hidden, smoothing=0.0, **look)
+        is_hidden = self.silent or not sys.stderr.isatty()
+        self._bar: Any = tqdm(total=1.0, desc=label, leave=False, disable=is_hidden, smoothing=0.0, **look)
 
     def restart(self) -> None:
         """Count the time from now on."""
@@ -67,9 +67,9 @@ class Progress:
 @contextmanager
 def silence(whether: bool) -> Iterator[None]:
     """A block in which no progress is shown, if `whether`."""
-    before = Progress.silent
-    Progress.silent = before or whether
+    was_silent = Progress.silent
+    Progress.silent = was_silent or whether
     try:
         yield
     finally:
-        Progress.silent = before
+        Progress.silent = was_silent

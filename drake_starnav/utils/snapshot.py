@@ -13,14 +13,14 @@ def snapshot(cls: type[T]) -> type[T]:
     Arrays in it cannot be compared to a single truth value, and as they are immutable, Drake's copies of abstract state
     cost nothing.
     """
-    made = dataclass(frozen=True, eq=False)(cls)
-    made.__deepcopy__ = lambda self, memo: self  # type: ignore[attr-defined]
-    return made
+    frozen_class = dataclass(frozen=True, eq=False)(cls)
+    frozen_class.__deepcopy__ = lambda self, memo: self  # type: ignore[attr-defined]
+    return frozen_class
 
 
-def replaced(value: T, **changes: Any) -> T:
+def replace_fields(value: T, **changes: Any) -> T:
     """A snapshot with other values of some fields, which are not checked; `dataclasses.replace` takes three times as
     long."""
-    made, own = object.__new__(type(value)), vars(value)
-    vars(made).update({name: own[name] for name in type(value).__dataclass_fields__}, **changes)  # type: ignore[attr-defined]
-    return made
+    new_value, own_fields = object.__new__(type(value)), vars(value)
+    vars(new_value).update({name: own_fields[name] for name in type(value).__dataclass_fields__}, **changes)  # type: ignore[attr-defined]
+    return new_value

@@ -24,11 +24,11 @@ class Stopwatch:
 
         What was noted under this name since that `count` is part of the same step; None: nothing is.
         """
-        times, spent = self.seconds[name], time.perf_counter() - begin
+        times, time_spent = self.seconds[name], time.perf_counter() - begin
         if since is not None:
-            spent += sum(times[since:])
+            time_spent += sum(times[since:])
             del times[since:]
-        times.append(spent)
+        times.append(time_spent)
 
     def summary(self, name: str) -> dict[str, float]:
         """`count`, `mean_s`, `p50_s` and `p99_s` of one step; zeros if it never ran."""

@@ -8,7 +8,7 @@ EARLY = 1e-6
 """By rounding, a scan's time may be this far in the future, s."""
 
 
-def checked_period(system: object, *, period: float | None = None, rate: float | None = None) -> float:
+def check_period(system: object, *, period: float | None = None, rate: float | None = None) -> float:
     """The period of a system's updates, s, of a period in s or a rate in Hz; the system is named in messages.
 
     Raises:
@@ -20,7 +20,7 @@ def checked_period(system: object, *, period: float | None = None, rate: float |
     return value if rate is None else 1.0 / value
 
 
-def begins_run(time: float, last: float) -> bool:
+def is_new_run(time: float, last: float) -> bool:
     """Whether an initialization event at a time begins a run, or finds one under way, as in the clone of a context.
 
     `last`: when the system was initialized or updated last, s; NaN for never. Time that was set back begins a run.

@@ -83,16 +83,16 @@ class Loader(PlainLoader):
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """A mapping, or an error that names the place of a key that is there twice."""
-        seen = set()
+        seen_keys = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.tag != "tag:yaml.org,2002:merge":
-                if key.value in seen:
+                if key.value in seen_keys:
                     raise yaml.constructor.ConstructorError(None, None, f"key {key.value} is repeated", key.start_mark)
-                seen.add(key.value)
+                seen_keys.add(key.value)
         return super().construct_mapping(node, deep)
 
 
-def _tagged(loader: Loader, suffix: str, node: yaml.Node) -> Tagged:
+def _read_tagged(loader: Loader, suffix: str, node: yaml.Node) -> Tagged:
     if isinstance(node, yaml.ScalarNode) and node.value == "":
         mapping = Tagged()
     elif isinstance(node, yaml.MappingNode):
@@ -107,33 +107,33 @@ class SectionDumper(yaml.SafeDumper):
     """Writes a section in one line, with its tag; one with a text of several lines as a block, line by line."""
 
 
-def _written_section(dumper: SectionDumper, mapping: Tagged) -> yaml.Node:
+def _write_section(dumper: SectionDumper, mapping: Tagged) -> yaml.Node:
     tag = f"!{mapping.tag}" if mapping.tag else "tag:yaml.org,2002:map"
     block = any(isinstance(value, str) and "\n" in value for value in mapping.values())
     return dumper.represent_mapping(tag, dict(mapping), flow_style=not block)
 
 
-def _written_text(dumper: SectionDumper, text: str) -> yaml.Node:
+def _write_text(dumper: SectionDumper, text: str) -> yaml.Node:
     style = '"' if set(OTHER_BREAKS) & set(text) else "|" if "\n" in text else None
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 
-SectionDumper.add_representer(Tagged, _written_section)
-SectionDumper.add_representer(str, _written_text)
-Loader.add_multi_constructor("!", _tagged)
+SectionDumper.add_representer(Tagged, _write_section)
+SectionDumper.add_representer(str, _write_text)
+Loader.add_multi_constructor("!", _read_tagged)
 
 
 def section(values: dict[str, Any], tag: str = "") -> Tagged:
     """A mapping that is written in one line where it holds no text of several, and may carry a tag."""
-    tagged = Tagged(values)
-    tagged.tag = tag
-    return tagged
+    tagged_values = Tagged(values)
+    tagged_values.tag = tag
+    return tagged_values
 
 
 def read_mapping(text: str, place: str, keys: Iterable[str]) -> dict[str, Any]:
     """The mapping that a YAML text holds; `keys` are named where it holds something else."""
     mapping = load_yaml(text, place, Loader)
     if not isinstance(mapping, dict):
-        held = "is empty" if mapping is None else f"holds {shown(mapping)}"
-        raise StarnavError(f"{place} {held}; allowed: a mapping with {', '.join(keys)}")
+        content_text = "is empty" if mapping is None else f"holds {shown(mapping)}"
+        raise StarnavError(f"{place} {content_text}; allowed: a mapping with {', '.join(keys)}")
     return mapping

@@ -27,8 +27,8 @@ def add_goal_sliders(meshcat: Meshcat, world: World) -> Callable[[], np.ndarray 
     first = values()  # rounded to whole steps, unlike the world's goal
 
     def read() -> np.ndarray | None:
-        now = values()
-        return None if np.array_equal(now, first) else now
+        current_values = values()
+        return None if np.array_equal(current_values, first) else current_values
 
     return read
 
@@ -63,6 +63,6 @@ class SliderGoal(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
-        moved = self._read()
-        values.set_value(self._goal if moved is None else moved)
+        new_goal = self._read()
+        values.set_value(self._goal if new_goal is None else new_goal)
         return EventStatus.Succeeded()

@@ -92,15 +92,15 @@ def show_collision_shapes(
     exists yet.
     """
     inspector = scene_graph.model_inspector()
-    seen, unseen = seen_geometries(inspector), set(floor)
+    seen_shapes, unseen = seen_geometries(inspector), set(floor)
     unseen |= {
-        geometry for geometry in seen if floor_contact(inspector, geometry)
+        geometry for geometry in seen_shapes if floor_contact(inspector, geometry)
     }  # others of the same wheel are drawn
     for frame in inspector.GetAllFrameIds():
         visuals = inspector.GetGeometries(frame, Role.kIllustration)
         boxes = [_box(inspector, geometry) for geometry in visuals]
         names = {inspector.GetName(geometry) for geometry in visuals}
-        for geometry in sorted(seen & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
+        for geometry in sorted(seen_shapes & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
             box = _box(inspector, geometry)
             if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
                 continue
@@ -187,10 +187,10 @@ class MeshcatStage:
             self._meshcat.SetTriangleMesh(path, vertices, faces, Rgba(*color, opacity))
         else:  # those of vertices are taken as linear light, others as sRGB
             self._meshcat.SetTriangleColorMesh(path, vertices, faces, np.asfortranarray(colors.T**2.2))
-        looks = np.array([color]) if colors is None else colors
+        layer_colors = np.array([color]) if colors is None else colors
         height, poses = float(mesh.vertices[0, 2]), self._poses.get(f"{layer}/{key}")
         self.shapes[path] = Shape(
-            mesh.vertices[:, :2], height, mesh.faces, looks, on_top=look.on_top, opacity=opacity, poses=poses
+            mesh.vertices[:, :2], height, mesh.faces, layer_colors, on_top=look.on_top, opacity=opacity, poses=poses
         )
         if look.on_top:
             self._put_on_top(path, layer)

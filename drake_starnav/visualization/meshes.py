@@ -90,10 +90,10 @@ SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.
 def seen_color(layer: Layer) -> Color:
     """Return the colour in which a layer is seen: an area on white, above the regions that are lower than it."""
     regions = [LAYERS[name] for name in ("regions/all", "regions/newest")] if layer.opacity < 1.0 else []
-    seen = np.ones(3)
+    blended_color = np.ones(3)
     for each in (*(region for region in regions if region.height < layer.height), layer):
-        seen += each.opacity * (np.array(each.color) - seen)
-    return float(seen[0]), float(seen[1]), float(seen[2])
+        blended_color += each.opacity * (np.array(each.color) - blended_color)
+    return float(blended_color[0]), float(blended_color[1]), float(blended_color[2])
 
 
 def zone_layer(zone: KeepOut | SpeedZone) -> str:
@@ -130,10 +130,10 @@ def selected_layers(names: str, layers: Iterable[str]) -> frozenset[str]:
     """
     layers, chosen = list(layers), {"robot", "moving_obstacles"}
     for name in names.split(","):
-        found = [layer for layer in layers if f"{layer}/".startswith(f"{name}/")]
-        if not name or not found:
+        found_layers = [layer for layer in layers if f"{layer}/".startswith(f"{name}/")]
+        if not name or not found_layers:
             raise unknown_name(f"layer {shown(name)}", name, dict.fromkeys(x.partition("/")[0] for x in layers))
-        chosen.update(found)
+        chosen.update(found_layers)
     return frozenset(chosen)
 
 
@@ -181,8 +181,11 @@ def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> 
 def segments(ends: np.ndarray, width: float, z: float) -> Mesh:
     """Separate straight ribbons, of four vertices each; `ends` has shape (n, 2, 2), W, m."""
     start, end = ends[:, 0], ends[:, 1]
-    ahead = end - start
-    left = np.column_stack((-ahead[:, 1], ahead[:, 0])) / np.maximum(np.hypot(*ahead.T), SAME_POINT)[:, None]
+    segment_vector = end - start
+    left = (
+        np.column_stack((-segment_vector[:, 1], segment_vector[:, 0]))
+        / np.maximum(np.hypot(*segment_vector.T), SAME_POINT)[:, None]
+    )
     left *= 0.5 * width
     corners = np.stack((start + left, end + left, start - left, end - left), axis=1)
     faces = np.array([(0, 2, 1), (1, 2, 3)]) + 4 * np.arange(len(ends))[:, None, None]
@@ -222,8 +225,8 @@ def goal_star(place: Sequence[float] | np.ndarray, radius: float, extent: Sequen
 
 def rim(shape: Footprint, width: float) -> Mesh:
     """The outer `width`, m, of what a footprint covers, in the robot's frame."""
-    whole = covered(shape, np.zeros(3))
-    return area(whole - whole.buffer(-width), LAYERS["footprint"].height)
+    whole_area = covered(shape, np.zeros(3))
+    return area(whole_area - whole_area.buffer(-width), LAYERS["footprint"].height)
 
 
 def front(shape: Footprint, least: float) -> Mesh:

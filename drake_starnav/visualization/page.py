@@ -43,8 +43,8 @@ class Caption:
 
     def shows(self, name: str) -> bool:
         """Whether a layer, or an object in its folder, is shown at first."""
-        hidden = set() if self.shown is None else set(self.layers) - self.shown
-        return not any(f"{name}/".startswith(f"{layer}/") for layer in hidden)
+        hidden_layers = set() if self.shown is None else set(self.layers) - self.shown
+        return not any(f"{name}/".startswith(f"{layer}/") for layer in hidden_layers)
 
 
 @dataclass(frozen=True)
@@ -116,8 +116,8 @@ def _row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
     """A row of the legend; obstacles that move have no folder of their own and cannot be hidden."""
     path = followed if name == "robot" else [ROOT, *name.split("/")]
     data = f' data-path="{html.escape(json.dumps(path))}" title="hide or show"' if name != "moving_obstacles" else ""
-    off = "" if caption.shows(name) else ' class="off"'
-    return f"<tr{data}{off}><td>{_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
+    off_class = "" if caption.shows(name) else ' class="off"'
+    return f"<tr{data}{off_class}><td>{_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
 
 
 def _beside(name: str) -> str:

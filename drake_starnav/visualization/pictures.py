@@ -58,8 +58,8 @@ def write_clips(
     for path in paths:
         with Progress(path.suffix[1:]) as bar:
             if path.suffix == ".gif":
-                said = ", ".join((recorded.caption.heading, *recorded.caption.lines)).replace("\u00a0", " ")
-                write_gif(path, pictures, rate, said, bar.count)
+                caption_text = ", ".join((recorded.caption.heading, *recorded.caption.lines)).replace("\u00a0", " ")
+                write_gif(path, pictures, rate, caption_text, bar.count)
             else:
                 write_mp4(path, pictures, rate, bar.count)
 

@@ -58,10 +58,10 @@ def moment_figure(
     extent = around_robot(recorded.motions[0].at(time)) if view == "follow" else np.add(recorded.extent, walls)
     (x0, y0, x1, y1), caption = extent, recorded.caption
     handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)] if legend else []
-    aside, below = bool(handles) and width >= NARROW, bool(handles) and width < NARROW
-    scene = (0.67 if aside else 0.9) * width * (y1 - y0) / (x1 - x0)  # its height, inches
-    beside = 0.22 * len(handles)  # height of the legend in one column, inches
-    figure = new_figure(max(scene + 0.9 + beside * below, beside + 0.2), width)
+    legend_is_aside, legend_is_below = bool(handles) and width >= NARROW, bool(handles) and width < NARROW
+    scene = (0.67 if legend_is_aside else 0.9) * width * (y1 - y0) / (x1 - x0)  # its height, inches
+    legend_height = 0.22 * len(handles)  # height of the legend in one column, inches
+    figure = new_figure(max(scene + 0.9 + legend_height * legend_is_below, legend_height + 0.2), width)
     axes = figure.add_subplot(xlim=(x0, x1), ylim=(y0, y1), anchor="NW")
     axes.set_aspect("equal")
     axes.set_xlabel("x in m")
@@ -72,7 +72,7 @@ def moment_figure(
         axis.set_major_locator(MultipleLocator(step))
     _draw_scene(axes, recorded, time)
     if handles:
-        place = "outside right upper" if aside else "outside lower center"
+        place = "outside right upper" if legend_is_aside else "outside lower center"
         entries = figure.legend(handles=handles, loc=place, labelspacing=0.6, frameon=False)
         for text in entries.get_texts():
             text.set_parse_math(False)
@@ -89,11 +89,11 @@ def write_figure(
     """
     if not LEAST_WIDTH <= width <= MOST_WIDTH:
         raise StarnavError(f"width of {path} is {shown(width)} in; allowed: {LEAST_WIDTH:g} to {MOST_WIDTH:g} inches")
-    dated = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
+    date_key = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
     file = io.BytesIO()
     with rc_context({**EMBEDDED_FONTS, "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
         figure = moment_figure(recorded, time, title=title, width=width, legend=legend)
-        figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={dated: None})
+        figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={date_key: None})
     content = file.getvalue()
     if path.suffix == ".svg":
         content = LONG_NUMBER.sub(rb"\1", content)

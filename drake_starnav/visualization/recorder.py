@@ -160,8 +160,8 @@ def add_visualizers(
 
 def drawn_layers(layers: Mapping[str, Layer], shapes: Iterable[str], world: World) -> dict[str, Layer]:
     """Return those rows of a legend of which something was drawn, by the paths of `shapes`, and those of the scene."""
-    drawn, in_scene = {path.removeprefix(f"/{ROOT}/") for path in shapes}, with_scene({}, world)
-    return {k: v for k, v in layers.items() if k in in_scene or any(path.startswith(f"{k}/") for path in drawn)}
+    drawn_paths, in_scene = {path.removeprefix(f"/{ROOT}/") for path in shapes}, with_scene({}, world)
+    return {k: v for k, v in layers.items() if k in in_scene or any(path.startswith(f"{k}/") for path in drawn_paths)}
 
 
 def robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
@@ -170,8 +170,8 @@ def robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
     parts = [part for part in scene.solids if any(part.poses is poses for poses in own)]
     largest = max(parts, key=lambda part: np.ptp(part.vertices, axis=0).prod(), default=None)
     color = ROBOT.color if largest is None else largest.color
-    decked = any(np.allclose(part.color, DECK_COLOR) for part in parts)
-    return dataclasses.replace(ROBOT, color=color, symbol="robot" if decked else "disc")
+    has_deck = any(np.allclose(part.color, DECK_COLOR) for part in parts)
+    return dataclasses.replace(ROBOT, color=color, symbol="robot" if has_deck else "disc")
 
 
 def robot_frames(station: StationInterface) -> list[FrameId]:

@@ -13,7 +13,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.navigation import Navigation
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
@@ -106,13 +106,15 @@ class StarRoadmapVisualizer(LeafSystem):
         self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep, scale=scale)
         self._bodies = BodyMarks(self.stage, MovingObstacles() if world is None else world.moving_obstacles, scale)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
-        here, self._line = np.zeros(2), scale * LINE_WIDTH
+        origin, self._line = np.zeros(2), scale * LINE_WIDTH
         self._node, self._frontier = scale * NODE_RADIUS, scale * FRONTIER_RADIUS
         self._marks = {
-            "goal": meshes.goal_star(here, robot.radius, extent),
-            "short_term_goal": meshes.ring(here, 2.2 * self._node, 3.6 * self._node, LAYERS["short_term_goal"].height),
+            "goal": meshes.goal_star(origin, robot.radius, extent),
+            "short_term_goal": meshes.ring(
+                origin, 2.2 * self._node, 3.6 * self._node, LAYERS["short_term_goal"].height
+            ),
             "frontiers/target": meshes.ring(
-                here, 4.3 * self._node, 5.6 * self._node, LAYERS["frontiers/target"].height
+                origin, 4.3 * self._node, 5.6 * self._node, LAYERS["frontiers/target"].height
             ),
         }
         self._zones = [zone for zone in zones if isinstance(zone, meshes.ZONES)]
@@ -219,20 +221,20 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _draw_roadmap(self, roadmap: StarRoadmap, time: float) -> None:
         """Draw regions, nodes and edges: what is new, or all if the roadmap was rebuilt."""
-        drawn, last = self._drawn, self._drawn.roadmap
+        drawn_state, last = self._drawn, self._drawn.roadmap
         if roadmap is last:
             return
-        drawn.roadmap = roadmap
-        known, edges = len(last), len(last.edges)
-        if len(roadmap) < known or any(a is not b for a, b in zip(last.regions, roadmap.regions, strict=False)):
-            for path in drawn.growing:  # other regions from the same scans
+        drawn_state.roadmap = roadmap
+        known_count, edges = len(last), len(last.edges)
+        if len(roadmap) < known_count or any(a is not b for a, b in zip(last.regions, roadmap.regions, strict=False)):
+            for path in drawn_state.growing:  # other regions from the same scans
                 self.stage.remove(path, time)
-            drawn.growing.clear()
-            drawn.nodes, drawn.area = np.zeros((0, 2)), shapely.Polygon()
-            known = edges = 0
-        self._draw_regions(roadmap.regions[known:], time)
+            drawn_state.growing.clear()
+            drawn_state.nodes, drawn_state.area = np.zeros((0, 2)), shapely.Polygon()
+            known_count = edges = 0
+        self._draw_regions(roadmap.regions[known_count:], time)
         nodes = roadmap.union.center
-        self._draw_nodes(nodes[known:], time)
+        self._draw_nodes(nodes[known_count:], time)
         lines = meshes.segments(nodes[roadmap.edges[edges:]], 0.25 * self._line, LAYERS["roadmap/edges"].height)
         self._grow(self.stage.add("roadmap/edges", lines, time))
 
@@ -241,8 +243,10 @@ class StarRoadmapVisualizer(LeafSystem):
         if not regions:
             return
         areas = [shapely.Polygon(region.outline(120)).buffer(0.0) for region in regions]
-        added = shapely.union_all(areas).difference(self._drawn.area, grid_size=1e-4)
-        parts = [part for part in shapely.get_parts(added) if part.geom_type == "Polygon" and part.area > LEAST_AREA]
+        added_area = shapely.union_all(areas).difference(self._drawn.area, grid_size=1e-4)
+        parts = [
+            part for part in shapely.get_parts(added_area) if part.geom_type == "Polygon" and part.area > LEAST_AREA
+        ]
         self._drawn.area = shapely.union_all([self._drawn.area, *areas], grid_size=1e-4)
         layer = LAYERS["regions/all"]
         self._grow(self.stage.add("regions/all", meshes.area(shapely.MultiPolygon(parts), layer.height), time))
@@ -253,10 +257,10 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _draw_nodes(self, nodes: np.ndarray, time: float) -> None:
         """Draw those nodes, W, m, shape (n, 2), that are apart from all that are drawn."""
-        apart = _apart_from(self._drawn.nodes, nodes, SPACING * self._node)
-        self._drawn.nodes = np.vstack((self._drawn.nodes, apart))
+        is_apart = _apart_from(self._drawn.nodes, nodes, SPACING * self._node)
+        self._drawn.nodes = np.vstack((self._drawn.nodes, is_apart))
         self._grow(
-            self.stage.add("roadmap/nodes", meshes.discs(apart, self._node, LAYERS["roadmap/nodes"].height), time)
+            self.stage.add("roadmap/nodes", meshes.discs(is_apart, self._node, LAYERS["roadmap/nodes"].height), time)
         )
 
     def _draw_frontiers(self, state: PlannerState, time: float) -> None:
@@ -269,8 +273,8 @@ class StarRoadmapVisualizer(LeafSystem):
         points = _apart_from(np.zeros((0, 2)), _middles(lines), SPACING * self._node)
         dots = meshes.discs(points, self._frontier, LAYERS["frontiers/points"].height)
         self.stage.swap("frontiers/points", dots, time)
-        crosses = meshes.crosses(state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height)
-        self.stage.swap("frontiers/stuck", crosses, time)
+        cross_mesh = meshes.crosses(state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height)
+        self.stage.swap("frontiers/stuck", cross_mesh, time)
 
     def _grow(self, path: str | None) -> None:
         """Remember an added object that remains for as long as the roadmap only grows."""
@@ -289,11 +293,11 @@ class StarRoadmapVisualizer(LeafSystem):
         self.stage.swap("path", meshes.ribbon(points, self._line, LAYERS["path"].height), time)
 
     def _draw_scans(self, scans: list[tuple[LaserScan | None, Mount]], pose: np.ndarray | None, time: float) -> None:
-        seen = [(scan, mount) for scan, mount in scans if scan is not None]
-        if not seen or pose is None or seen[0][0] is self._drawn.scan:
+        seen_scans = [(scan, mount) for scan, mount in scans if scan is not None]
+        if not seen_scans or pose is None or seen_scans[0][0] is self._drawn.scan:
             return
-        self._drawn.scan = seen[0][0]
-        points = np.vstack([unturned(scan, mount).points(mount.unturned(pose)) for scan, mount in seen])
+        self._drawn.scan = seen_scans[0][0]
+        points = np.vstack([align_with_robot(scan, mount).points(mount.unturned(pose)) for scan, mount in seen_scans])
         every = math.ceil(max(len(points), 1) / SCAN_POINTS)
         self.stage.swap_points("scan", points[::every], time)
 
@@ -303,8 +307,8 @@ class StarRoadmapVisualizer(LeafSystem):
         self._drawn.certificate = certificate
         path = np.asarray(certificate.path)
         if len(path):
-            kept = np.unique(np.linspace(0, len(path) - 1, min(8, len(path))).round().astype(int))
-            path = path[kept]
+            kept_indices = np.unique(np.linspace(0, len(path) - 1, min(8, len(path))).round().astype(int))
+            path = path[kept_indices]
         mesh = meshes.swept(path, self._robot.shape, LAYERS["certificate"].height)
         self.stage.swap("certificate", mesh, time)
 
@@ -316,9 +320,9 @@ class StarRoadmapVisualizer(LeafSystem):
             self._drawn.trail = [self._drawn.trail[0]]  # as good as standing
             return
         # One quad per step, so that each shows its own speed.
-        ends = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
-        steps = np.hypot(*(ends[:, 1] - ends[:, 0]).T) > meshes.SAME_POINT
-        mesh = meshes.segments(ends[steps], self._line, LAYERS["trail"].height)
+        end_points = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
+        steps = np.hypot(*(end_points[:, 1] - end_points[:, 0]).T) > meshes.SAME_POINT
+        mesh = meshes.segments(end_points[steps], self._line, LAYERS["trail"].height)
         colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
         self.stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]
@@ -326,11 +330,11 @@ class StarRoadmapVisualizer(LeafSystem):
 
 def _apart_from(drawn: np.ndarray, points: np.ndarray, spacing: float) -> np.ndarray:
     """Those points, shape (n, 2), that are farther than `spacing` from all `drawn` ones and from one another, m."""
-    known = len(drawn)
+    drawn_count = len(drawn)
     for point in points:
         if not len(drawn) or np.hypot(*(drawn - point).T).min() > spacing:
             drawn = np.vstack((drawn, point))
-    return drawn[known:]
+    return drawn[drawn_count:]
 
 
 def _middles(lines: np.ndarray) -> np.ndarray:

@@ -148,8 +148,8 @@ def _play(meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body]
     for name, motion, parts in (*bodies, *moving):
         frame = scene_graph.RegisterFrame(source, GeometryFrame(name))
         motions[frame] = motion
-        for k, (shape, ahead, up, color) in enumerate(parts):
-            part = GeometryInstance(RigidTransform([ahead, 0.0, up]), shape, f"{name}_{k}")
+        for k, (shape, forward_axis, up, color) in enumerate(parts):
+            part = GeometryInstance(RigidTransform([forward_axis, 0.0, up]), shape, f"{name}_{k}")
             part.set_illustration_properties(MakePhongIllustrationProperties([*color, 1.0]))
             scene_graph.RegisterGeometry(source, frame, part)
     add_scene(builder, plant, scene_graph, meshcat, floor_geometries(plant, scene_graph))

@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.files import replacing
 from drake_starnav.visualization import meshes
@@ -90,7 +90,7 @@ def draw_robot(
     footprint = disc(shape) if isinstance(shape, float) else shape
     (x, y, yaw), radius = pose, footprint.radius
     for part in footprint.parts or (footprint.outline,):
-        corners = placed(np.array((x, y, yaw)), part)
+        corners = transform_points(np.array((x, y, yaw)), part)
         axis.add_patch(Polygon(corners, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
     nose = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
     axis.plot((x, nose[0]), (y, nose[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
@@ -137,8 +137,8 @@ def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: 
     if path is not None:
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
     for zone, layer in ((zone, meshes.LAYERS[meshes.zone_layer(zone)]) for zone in scenario.zones):
-        known = layer.label in axis.get_legend_handles_labels()[1]
-        fill = {"facecolor": layer.color, "alpha": layer.opacity, "label": None if known else layer.label}
+        is_known = layer.label in axis.get_legend_handles_labels()[1]
+        fill = {"facecolor": layer.color, "alpha": layer.opacity, "label": None if is_known else layer.label}
         axis.fill(*np.transpose(zone.polygon), **fill, zorder=0.5)
     draw_robot(axis, world.start, scenario.robot.shape, START, "start: the robot")
     draw_goal(axis, world.goal)

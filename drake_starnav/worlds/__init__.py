@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.geometry.footprint import Footprint, shaped
+from drake_starnav.geometry.footprint import Footprint, as_footprint
 from drake_starnav.parameters import check_parameters
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.convex_parts import convex_parts
@@ -84,10 +84,10 @@ def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[S
             f"world is {'missing' if kind is None else shown(kind)}; allowed: an instance of {', '.join(WORLD_KINDS)}, "
             "or of a dataclass of your own with a method make"
         )
-    given: Any = seed  # whatever a caller passes
-    if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 0:
+    given_seed: Any = seed  # whatever a caller passes
+    if isinstance(given_seed, bool) or not isinstance(given_seed, int | np.integer) or given_seed < 0:
         raise StarnavError(f"seed is {shown(seed)}; allowed: a whole number 0 <= x")
-    robot = shaped(robot)
+    robot = as_footprint(robot)
     if not (math.isfinite(robot.radius) and robot.radius > 0.0):
         raise StarnavError(f"the robot's radius is {robot.radius} m; allowed: 0 < x m")
     if goals and isinstance(kind, GIVEN):
@@ -107,6 +107,8 @@ def check_world(world: World, kind: Any, robot: Footprint | float, goals: Sequen
     """Raise a `StarnavError` where the robot touches an obstacle of a made world at an end, or has no way in a map."""
     place = getattr(kind, "place", type(kind).__name__)
     check_ends(world, robot, place, goals)
-    moves = world.model is not None and world.model.moving
-    if (isinstance(kind, Model) and not moves) or (isinstance(kind, RosMap) and (kind.start or kind.goal or goals)):
+    has_movers = world.model is not None and world.model.moving
+    if (isinstance(kind, Model) and not has_movers) or (
+        isinstance(kind, RosMap) and (kind.start or kind.goal or goals)
+    ):
         check_reachable(world, robot, place, goals)

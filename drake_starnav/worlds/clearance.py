@@ -44,9 +44,9 @@ def body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.
 
 def nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, float]:
     """What is nearest to a point: a name for messages such as `cylinders[3]`, and the clearance to it, m."""
-    found = _nearest(world, np.array([point], dtype=float))
-    kind = min(found, key=lambda name: found[name][0][0])
-    distance, index = (float(column[0]) for column in found[kind])
+    distances = _nearest(world, np.array([point], dtype=float))
+    kind = min(distances, key=lambda name: distances[name][0][0])
+    distance, index = (float(column[0]) for column in distances[kind])
     if distance == np.inf:
         return "nothing", distance
     if kind == "discs" and index >= len(world.cylinders):
@@ -61,25 +61,25 @@ def _nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np
     if points.ndim != 2 or points.shape[1] != 2:
         raise StarnavError(f"clearance: points has shape {points.shape}; allowed: (n, 2)")
     low, high = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
-    found = {"bounds": (np.minimum(points - low, high - points).min(axis=1), np.zeros(len(points)))}
+    distances = {"bounds": (np.minimum(points - low, high - points).min(axis=1), np.zeros(len(points)))}
     if len(discs := world.discs):
-        most = 1 + 1_000_000 // len(discs)  # points at a time, for the memory that their distances take
-        pieces = [points[k : k + most] for k in range(0, max(len(points), 1), most)]
-        away = [np.hypot(*(piece[:, None] - discs[:, :2]).T).T - discs[:, 2] for piece in pieces]
-        found["discs"] = (
-            np.hstack([part.min(axis=1) for part in away]),
-            np.hstack([part.argmin(axis=1) for part in away]),
+        points_at_once = 1 + 1_000_000 // len(discs)  # points at a time, for the memory that their distances take
+        pieces = [points[k : k + points_at_once] for k in range(0, max(len(points), 1), points_at_once)]
+        disc_distances = [np.hypot(*(piece[:, None] - discs[:, :2]).T).T - discs[:, 2] for piece in pieces]
+        distances["discs"] = (
+            np.hstack([part.min(axis=1) for part in disc_distances]),
+            np.hstack([part.argmin(axis=1) for part in disc_distances]),
         )
     if world.polygons and len(points):
-        found["polygons"] = _nearest_polygon(world.tree, shapely.points(points))
-    return found
+        distances["polygons"] = _nearest_polygon(world.tree, shapely.points(points))
+    return distances
 
 
 def _nearest_polygon(tree: shapely.STRtree, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Signed distance of each point to the nearest polygon, and its number, each of shape (n,)."""
     (_, index), distance = tree.query_nearest(points, return_distance=True, all_matches=False)
-    inside, around = tree.query(points, predicate="within")
-    depth = shapely.distance(points[inside], shapely.get_exterior_ring(tree.geometries[around]))
+    points_inside, polygons_around = tree.query(points, predicate="within")
+    depth = shapely.distance(points[points_inside], shapely.get_exterior_ring(tree.geometries[polygons_around]))
     order = np.argsort(depth)  # where polygons overlap, the deepest is assigned last
-    distance[inside[order]], index[inside[order]] = -depth[order], around[order]
+    distance[points_inside[order]], index[points_inside[order]] = -depth[order], polygons_around[order]
     return distance, index

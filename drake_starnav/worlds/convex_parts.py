@@ -51,8 +51,8 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
 def evened(points: np.ndarray) -> np.ndarray:
     """The outline (k, 2), m, without corners that stick out by no more than `EVEN`; itself if hardly any would stay."""
     ring = shapely.LinearRing(points).simplify(EVEN, preserve_topology=False)
-    kept = shapely.get_coordinates(ring)[:-1]
-    return kept if len(kept) >= 3 else points
+    kept_points = shapely.get_coordinates(ring)[:-1]
+    return kept_points if len(kept_points) >= 3 else points
 
 
 def _merged(pieces: list[list[Corner]]) -> list[list[Corner]]:
@@ -72,10 +72,13 @@ def _merged(pieces: list[list[Corner]]) -> list[list[Corner]]:
     for a, b in list(owner):
         if (b, a) not in owner or a > b:
             continue
-        here, there = piece_at((a, b)), piece_at((b, a))
-        left, right = _begun_after(pieces[here], a), _begun_after(pieces[there], b)  # from b to a, from a to b
-        if _turns_left(left[-2], a, right[1]) and _turns_left(right[-2], b, left[1]):
-            pieces[here], merged_into[there] = left + right[1:-1], here
+        this_piece, other_piece = piece_at((a, b)), piece_at((b, a))
+        left_piece, right_piece = (
+            _begun_after(pieces[this_piece], a),
+            _begun_after(pieces[other_piece], b),
+        )  # from b to a, from a to b
+        if _turns_left(left_piece[-2], a, right_piece[1]) and _turns_left(right_piece[-2], b, left_piece[1]):
+            pieces[this_piece], merged_into[other_piece] = left_piece + right_piece[1:-1], this_piece
     return [piece for k, piece in enumerate(pieces) if merged_into[k] == k]
 
 

@@ -32,8 +32,8 @@ def convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarra
 
 def sphere_footprint(center: np.ndarray, radius: float, low: float, high: float) -> tuple[float, float, float] | None:
     """The same of a sphere about a centre (3,), m: x, y and radius of a disc."""
-    away = max(low - center[2], center[2] - high, 0.0)
-    return (center[0], center[1], math.sqrt(radius**2 - away**2)) if away < radius else None
+    height_outside = max(low - center[2], center[2] - high, 0.0)
+    return (center[0], center[1], math.sqrt(radius**2 - height_outside**2)) if height_outside < radius else None
 
 
 def ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
@@ -44,8 +44,8 @@ def ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
         (np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation) + 0.0 * bearing),
         axis=-1,
     )
-    around = 1.0 / math.cos(np.pi / _AROUND) ** 2  # a facet spans the same angle both ways
-    return around * np.asarray(semi_axes) * unit.reshape(-1, 3)
+    circle_factor = 1.0 / math.cos(np.pi / _AROUND) ** 2  # a facet spans the same angle both ways
+    return circle_factor * np.asarray(semi_axes) * unit.reshape(-1, 3)
 
 
 def box_vertices(size: np.ndarray) -> np.ndarray:

@@ -113,9 +113,9 @@ def disc_clearance(positions, radii, poses, body):
 
 def there_and_back(way_points: np.ndarray) -> np.ndarray:
     """The path of way points (k, 3), as of `MovingObstacles`, that returns through them as fast, (2 k - 1, 3)."""
-    back = way_points[-2::-1].copy()
-    back[:, 0] = 2.0 * way_points[-1, 0] - back[:, 0]
-    return np.vstack((way_points, back))
+    way_back = way_points[-2::-1].copy()
+    way_back[:, 0] = 2.0 * way_points[-1, 0] - way_back[:, 0]
+    return np.vstack((way_points, way_back))
 
 
 @kernel
@@ -130,10 +130,10 @@ def _states(times: np.ndarray, way_points: np.ndarray, first: np.ndarray) -> tup
         for m in range(len(times)):
             time = times[m] % period
             k = min(np.searchsorted(path[:, 0], time, side="right"), len(path) - 1)
-            before, after = path[k - 1], path[k]
-            duration = after[0] - before[0]
+            previous_key, next_key = path[k - 1], path[k]
+            duration = next_key[0] - previous_key[0]
             for axis in range(2):
-                velocity = (after[1 + axis] - before[1 + axis]) / duration
+                velocity = (next_key[1 + axis] - previous_key[1 + axis]) / duration
                 velocities[m, n, axis] = velocity
-                positions[m, n, axis] = before[1 + axis] + velocity * (time - before[0])
+                positions[m, n, axis] = previous_key[1 + axis] + velocity * (time - previous_key[0])
     return positions, velocities

@@ -56,10 +56,12 @@ def solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.
         solid = ~np.isin(labels, labels[tuple(places.T)])
     at_passable = ndimage.binary_dilation(~solid, ndimage.generate_binary_structure(2, 1))
     shell = ndimage.binary_dilation(~solid, np.ones((3, 3)), iterations=SHELL)
-    behind, _ = ndimage.label(solid & ~shell)
-    rim = np.concatenate((behind[0], behind[-1], behind[:, 0], behind[:, -1]))
-    outside = np.isin(behind, np.unique(rim[rim > 0]))
-    return _cover(solid & at_passable, solid & ~outside)
+    background_labels, _ = ndimage.label(solid & ~shell)
+    rim = np.concatenate(
+        (background_labels[0], background_labels[-1], background_labels[:, 0], background_labels[:, -1])
+    )
+    is_outside = np.isin(background_labels, np.unique(rim[rim > 0]))
+    return _cover(solid & at_passable, solid & ~is_outside)
 
 
 @kernel
@@ -71,7 +73,7 @@ def _cover(required: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """
     ny, nx = required.shape
     open_ = required.copy()
-    found = [(0, 0, 0, 0)][:0]
+    found_boxes = [(0, 0, 0, 0)][:0]
     for i in range(ny):
         for j in range(nx):
             if not open_[i, j]:
@@ -94,9 +96,9 @@ def _cover(required: np.ndarray, allowed: np.ndarray) -> np.ndarray:
                 if count > best_count:
                     best, best_count = (i0, j0, i1, j1), count
             open_[best[0] : best[2], best[1] : best[3]] = False
-            found.append(best)
-    rectangles = np.empty((len(found), 4), np.int64)
-    for k in range(len(found)):
+            found_boxes.append(best)
+    rectangles = np.empty((len(found_boxes), 4), np.int64)
+    for k in range(len(found_boxes)):
         for n in range(4):
-            rectangles[k, n] = found[k][n]
+            rectangles[k, n] = found_boxes[k][n]
     return rectangles

@@ -8,7 +8,7 @@ import shapely
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import distances, resampled
+from drake_starnav.geometry.polyline import distances, resample_polyline
 from drake_starnav.worlds.shortest_path import capsules_around
 from drake_starnav.worlds.world import World
 
@@ -56,7 +56,7 @@ def _discs(robot: Footprint) -> np.ndarray:
         inside = _INSIDE
         while (inner := shapely.Polygon(part).buffer(-inside, join_style="mitre")).is_empty:
             inside *= 0.5
-        line = resampled(shapely.get_coordinates(inner.exterior), inside)
+        line = resample_polyline(shapely.get_coordinates(inner.exterior), inside)
         # discs of this radius so far apart leave nothing of the line's parallel open
         radius = math.hypot(inside, 0.5 * inside)
         rows += [np.column_stack((line, np.full(len(line), radius))), np.column_stack((part, np.zeros(len(part))))]
@@ -90,18 +90,18 @@ def _found(start, end, box, lattice, discs, capsules):
     """Whether a search from the start, nearest to the goal first, comes within a grid step of the goal."""
     step, headings = lattice
     turn = 2.0 * math.pi / headings
-    left, below = int((start[0] - box[0]) / step) + 1, int((start[1] - box[1]) / step) + 1
-    origin = np.array((start[0] - left * step, start[1] - below * step))
-    shape = (left + int((box[2] - start[0]) / step) + 2, below + int((box[3] - start[1]) / step) + 2)
+    start_column, start_row = int((start[0] - box[0]) / step) + 1, int((start[1] - box[1]) / step) + 1
+    origin = np.array((start[0] - start_column * step, start[1] - start_row * step))
+    shape = (start_column + int((box[2] - start[0]) / step) + 2, start_row + int((box[3] - start[1]) / step) + 2)
     room = distances(origin, shape, step, discs[0, 2] + step, capsules)
-    seen = np.zeros((shape[0], shape[1], headings), np.bool_)
-    seen[left, below, 0] = True
-    queue = [(0.0, left, below, 0)]
+    is_seen = np.zeros((shape[0], shape[1], headings), np.bool_)
+    is_seen[start_column, start_row, 0] = True
+    queue = [(0.0, start_column, start_row, 0)]
     while len(queue):
         _, i, j, k = heapq.heappop(queue)
         x, y, yaw = origin[0] + i * step, origin[1] + j * step, start[2] + k * turn
-        off = abs((yaw - end[2] + math.pi) % (2.0 * math.pi) - math.pi)
-        if math.hypot(x - end[0], y - end[1]) <= step and not off > turn:
+        heading_error = abs((yaw - end[2] + math.pi) % (2.0 * math.pi) - math.pi)
+        if math.hypot(x - end[0], y - end[1]) <= step and not heading_error > turn:
             return True
         for m in range(len(_MOVES) + 2):
             a, b, c = i, j, k
@@ -109,9 +109,9 @@ def _found(start, end, box, lattice, discs, capsules):
                 a, b = i + _MOVES[m, 0], j + _MOVES[m, 1]
             else:
                 c = (k + (1 if m == len(_MOVES) else headings - 1)) % headings
-            if a < 0 or b < 0 or a >= shape[0] or b >= shape[1] or seen[a, b, c]:
+            if a < 0 or b < 0 or a >= shape[0] or b >= shape[1] or is_seen[a, b, c]:
                 continue
-            seen[a, b, c] = True
+            is_seen[a, b, c] = True
             u, v = origin[0] + a * step, origin[1] + b * step
             if _is_free(u, v, start[2] + c * turn, room, origin, step, discs):
                 heapq.heappush(queue, (math.hypot(u - end[0], v - end[1]), a, b, c))

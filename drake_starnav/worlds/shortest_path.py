@@ -11,8 +11,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import arc_lengths, distances, point_to_segment_squared, subdivided
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.polyline import distances, measure_arc_lengths, point_to_segment_squared, subdivide_polyline
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import trace_path
 from drake_starnav.planning.distance_grid import LARGEST_GRID
@@ -84,30 +84,32 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
     for name, value in (("clearance", clearance), ("resolution", resolution)):
         if not (math.isfinite(value) and value > 0.0):
             raise StarnavError(f"shortest path: {name} is {value}; allowed: 0 < x m")
-    ends = np.array([world.start[:2], world.goal])
-    if (clearance_at(world, ends) < clearance).any():
+    end_points = np.array([world.start[:2], world.goal])
+    if (clearance_at(world, end_points) < clearance).any():
         return None
     capsules = capsules_around(world, clearance)
-    if blocker(*ends[0], *ends[1], capsules) < 0:
-        return math.dist(*ends), ends
+    if blocker(*end_points[0], *end_points[1], capsules) < 0:
+        return math.dist(*end_points), end_points
     x0, y0, x1, y1 = world.extent
     pad = 0.0 if world.bounds is not None else clearance  # a way around the outermost obstacles of an open plane
     corners = np.array([(x, y) for x in (x0 - pad, x1 + pad) for y in (y0 - pad, y1 + pad)])
     ways = []
     for angle in _TURNS:
-        frame, back = np.array(((0.0, 0.0, angle), (0.0, 0.0, -angle)))
-        outer = placed(frame, corners)
+        frame, frame_back = np.array(((0.0, 0.0, angle), (0.0, 0.0, -angle)))
+        outer = transform_points(frame, corners)
         box = np.array((outer.min(axis=0), outer.max(axis=0)))
         if math.prod((box[1] - box[0]) / resolution) > LARGEST_GRID:
             raise StarnavError(
                 f"shortest path: the grid of world {world.name} has more than {LARGEST_GRID:.0e} cells of "
                 f"{resolution:g} m; allowed: a larger resolution"
             )
-        turned = np.column_stack((placed(frame, capsules[:, :2]), placed(frame, capsules[:, 2:4]), capsules[:, 4]))
-        between = _found_on_grid(placed(frame, ends), box, turned, resolution, clearance)
+        turned_capsules = np.column_stack(
+            (transform_points(frame, capsules[:, :2]), transform_points(frame, capsules[:, 2:4]), capsules[:, 4])
+        )
+        between = _found_on_grid(transform_points(frame, end_points), box, turned_capsules, resolution, clearance)
         if len(between):
-            way = _pulled(np.vstack((ends[:1], placed(back, between), ends[1:])), capsules)
-            ways.append((float(arc_lengths(way)[-1]), way))
+            way = _pulled(np.vstack((end_points[:1], transform_points(frame_back, between), end_points[1:])), capsules)
+            ways.append((float(measure_arc_lengths(way)[-1]), way))
     return min(ways, key=lambda found: found[0], default=None)
 
 
@@ -139,11 +141,11 @@ def _nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int] | No
 def _pulled(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The path (k, 2) shortened among points along it, to 0.2 % of what capsules allow near it."""
     capsules = _around(path, capsules)
-    path, before = _straighten(path, capsules), np.inf
-    while arc_lengths(path)[-1] < (1.0 - 1e-4) * before:
-        before = arc_lengths(path)[-1]
+    path, previous_length = _straighten(path, capsules), np.inf
+    while measure_arc_lengths(path)[-1] < (1.0 - 1e-4) * previous_length:
+        previous_length = measure_arc_lengths(path)[-1]
         for spacing in _SPACINGS:
-            points = subdivided(path, spacing)
+            points = subdivide_polyline(path, spacing)
             points[-1] = path[-1]  # without its rounding
             path = _shortest_through(points, capsules)
     return path

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import Footprint, shaped
+from drake_starnav.geometry.footprint import Footprint, as_footprint
 from drake_starnav.geometry.se2 import places
 from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
 from drake_starnav.worlds.passable import passable
@@ -37,7 +37,7 @@ class Drawn:
         Raises:
             StarnavError: no solvable world was found.
         """
-        for body in (shaped(robot.radius),) if robot.is_disc else (shaped(robot.radius), robot):
+        for body in (as_footprint(robot.radius),) if robot.is_disc else (as_footprint(robot.radius), robot):
             for _ in range(_TRIES):
                 world = self.draw(rng)
                 if is_solvable(world, body, SPARE):
@@ -78,17 +78,17 @@ def way_through(
     disc about its origin inside its footprint, if the robot itself has a way: it has none that is shorter. `yaw`: its
     heading at the goal then, rad, if it shall have one.
     """
-    found = shortest_path(world, robot.radius + spare, resolution)
-    if found is not None or robot.is_disc:
-        return found
-    found = shortest_path(world, max(robot.inscribed, LEAST_DISC) + spare, resolution)
-    return found if found is not None and passable(world, robot, spare, yaw) else None
+    found_path = shortest_path(world, robot.radius + spare, resolution)
+    if found_path is not None or robot.is_disc:
+        return found_path
+    found_path = shortest_path(world, max(robot.inscribed, LEAST_DISC) + spare, resolution)
+    return found_path if found_path is not None and passable(world, robot, spare, yaw) else None
 
 
 def is_solvable(world: World, robot: Footprint, spare: float) -> bool:
     """Whether a robot has a way from the start to the goal of a world with `spare` to all sides, m."""
-    ends = (world.start, world.goal)
-    return all(is_free(world, end, robot, spare) for end in ends) and way_through(world, robot, spare) is not None
+    end_points = (world.start, world.goal)
+    return all(is_free(world, end, robot, spare) for end in end_points) and way_through(world, robot, spare) is not None
 
 
 def check_ends(world: World, robot: Footprint | float, place: str, goals: Sequence[Sequence[float]] = ()) -> None:
@@ -103,7 +103,7 @@ def check_ends(world: World, robot: Footprint | float, place: str, goals: Sequen
 
 def check_free(world: World, place: Sequence[float], robot: Footprint | float, name: str) -> None:
     """Raise `StarnavError` if the robot touches an obstacle at a place (x, y), whatever its heading, or (x, y, yaw)."""
-    robot, place = shaped(robot), tuple(place[:2] if shaped(robot).is_disc else place)
+    robot, place = as_footprint(robot), tuple(place[:2] if as_footprint(robot).is_disc else place)
     if is_free(world, place, robot):
         return
     poses = poses_at(place, robot)
@@ -115,8 +115,8 @@ def check_free(world: World, place: Sequence[float], robot: Footprint | float, n
             f"{name} is [{place[0]:g}, {place[1]:g}], {where} {obstacle}; "
             f"allowed: more than robot.radius {robot.radius:g} m from every obstacle"
         )
-    found = [nearest_obstacle(world, (x, y)) for x, y in places(best, robot.cover).tolist()]
-    obstacle = min(found, key=lambda each: each[1])[0]
+    nearest_obstacles = [nearest_obstacle(world, (x, y)) for x, y in places(best, robot.cover).tolist()]
+    obstacle = min(nearest_obstacles, key=lambda each: each[1])[0]
     raise StarnavError(
         f"{name} is [{', '.join(f'{value:g}' for value in place)}], where the robot touches {obstacle}"
         f"{'' if len(place) == 3 else ' at every heading'}; allowed: where its footprint is free of obstacles"
@@ -125,7 +125,7 @@ def check_free(world: World, place: Sequence[float], robot: Footprint | float, n
 
 def check_reachable(world: World, robot: Footprint | float, place: str, goals: Sequence[Sequence[float]] = ()) -> None:
     """Raise `StarnavError` if there is no way for the robot; arguments as in `check_ends`."""
-    robot, begin = shaped(robot), list(world.start)
+    robot, begin = as_footprint(robot), list(world.start)
     for name, goal in _named(world, place, goals):
         if leg_through(world, robot, begin, goal) is None:
             raise StarnavError(

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import resampled
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, circle_rows, segment_rows
+from drake_starnav.geometry.polyline import resample_polyline
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
 from drake_starnav.worlds.world import World
@@ -20,7 +20,7 @@ FARTHEST = 20.0
 
 def visible_shapes(world: World) -> Shapes:
     """The world as the ray caster takes it."""
-    return Shapes.of([np.vstack((circle_rows(world.discs), segment_rows(world.segments)))])
+    return Shapes.of([np.vstack((make_circle_rows(world.discs), make_segment_rows(world.segments)))])
 
 
 def scan_from(shapes: Shapes, pose: np.ndarray, lidar: LidarParameters, seed: int = 0, index: int = 0) -> LaserScan:
@@ -44,7 +44,7 @@ def tightest_gap(world: World, path: np.ndarray) -> float:
     Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
     """
     shapes, fan, least = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
-    for x, y in resampled(path, STEP):
+    for x, y in resample_polyline(path, STEP):
         ranges = np.full(BEAMS, np.inf)
         cast_groups(tuple(shapes), np.array([(x, y, 0.0)]), tuple(fan), ranges, FARTHEST)
         ranges[ranges >= FARTHEST] = np.inf

@@ -34,8 +34,8 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...]) -> tuple[floa
         raise StarnavError(f"{name} is {shown(value)}; allowed: a list")
     numbers = [x.item() if isinstance(x, np.generic) else x for x in value]
     if len(numbers) != len(entries) or not all(is_number(x) and abs(x) <= FARTHEST for x in numbers):
-        allowed = f"finite [{', '.join(entries)}], each at most {FARTHEST:g}"
-        raise StarnavError(f"{name} is {shown(numbers)}; allowed: {allowed}")
+        allowed_text = f"finite [{', '.join(entries)}], each at most {FARTHEST:g}"
+        raise StarnavError(f"{name} is {shown(numbers)}; allowed: {allowed_text}")
     for entry, number in zip(entries, numbers, strict=True):
         if entry == "yaw" and abs(number) > 2.0 * math.pi:
             raise StarnavError(
@@ -168,8 +168,8 @@ class World:
         if self.bounds is not None:
             return self.bounds
         centers, radii = self.discs[:, :2], self.discs[:, 2:]
-        ends = np.array([self.start[:2], self.goal])
+        end_points = np.array([self.start[:2], self.goal])
         ways = self.moving_obstacles.way_points[:, 1:]
-        places = np.vstack((ends, centers - radii, centers + radii, *self.polygons, ways))
+        places = np.vstack((end_points, centers - radii, centers + radii, *self.polygons, ways))
         (x0, y0), (x1, y1) = places.min(axis=0) - OPEN_BORDER, places.max(axis=0) + OPEN_BORDER
         return float(x0), float(y0), float(x1), float(y1)

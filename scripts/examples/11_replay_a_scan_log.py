@@ -15,7 +15,7 @@ from drake_starnav import RobotParameters, Scenario, World, derive_margins
 from drake_starnav.lidar import LoggedScan, read_scan_log
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step
 from drake_starnav.plotting import draw_goal, draw_robot, save_figure, world_axes
-from drake_starnav.surroundings import Observation, scan_region
+from drake_starnav.surroundings import Observation, make_scan_region
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
 
@@ -26,7 +26,7 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
     parameters, margins = scenario.planner, derive_margins(scenario)
     state = PlannerState.initial(parameters, radius)
     for seen in log:
-        observation = Observation(scan_region(seen.scan, seen.pose, radius, margins), seen.scan, seen.pose)
+        observation = Observation(make_scan_region(seen.scan, seen.pose, radius, margins), seen.scan, seen.pose)
         before = state.progress.plan_count
         now = PlannerInput(observation, seen.pose[:2], goal, seen.scan.time, parameters, margins, radius)
         state = plan_step(state, now)

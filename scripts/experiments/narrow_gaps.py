@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
@@ -57,12 +57,12 @@ def gap_world(kind: str, name: str, seed: int) -> World:
     else:
         for k in range(math.ceil(2.5 / (2.0 * size + 0.15))):
             away = 0.5 * gap + size + k * (2.0 * size + 0.15)
-            cylinders += [(*placed(turn, np.array(((0.0, side * away),)))[0], size) for side in (1.0, -1.0)]
-    walls = tuple(placed(turn, np.asarray(rectangle(*box))) for box in outer)
-    goal = placed(turn, np.array(((2.0, rng.uniform(-1.5, 1.5)),)))[0]
+            cylinders += [(*transform_points(turn, np.array(((0.0, side * away),)))[0], size) for side in (1.0, -1.0)]
+    walls = tuple(transform_points(turn, np.asarray(rectangle(*box))) for box in outer)
+    goal = transform_points(turn, np.array(((2.0, rng.uniform(-1.5, 1.5)),)))[0]
     while True:
         place = np.array((rng.uniform(-2.6, -0.3), rng.uniform(-2.0, 2.0), rng.uniform(-math.pi, math.pi)))
-        start = (*placed(turn, place[None, :2])[0], place[2] + turn[2])
+        start = (*transform_points(turn, place[None, :2])[0], place[2] + turn[2])
         world = World(kind, start, tuple(goal), cylinders=np.array(cylinders), polygons=walls)
         if starts_free(world, name):
             return world
@@ -75,11 +75,11 @@ def dead_end_world(name: str, seed: int) -> World:
     half, deep = 0.5 * (width + POCKET_SPARE), length + rng.uniform(0.3, 0.9)
     boxes = [(-4.2, -2.2, -4.0, 2.2), (-4.0, 2.0, deep + 0.1, 2.2), (-4.0, -2.2, deep + 0.1, -2.0)]
     boxes += [(0.0, half, deep + 0.1, 2.1), (0.0, -2.1, deep + 0.1, -half), (deep, -half, deep + 0.1, half)]
-    walls = tuple(placed(turn, np.asarray(rectangle(*box))) for box in boxes)
-    goal = placed(turn, np.array(((-3.2, rng.uniform(-1.4, 1.4)),)))[0]
+    walls = tuple(transform_points(turn, np.asarray(rectangle(*box))) for box in boxes)
+    goal = transform_points(turn, np.array(((-3.2, rng.uniform(-1.4, 1.4)),)))[0]
     while True:
         x, y, yaw = deep - 0.5 * length - rng.uniform(0.05, 0.2), rng.uniform(-0.02, 0.02), rng.uniform(-0.04, 0.04)
-        start = (*placed(turn, np.array(((x, y),)))[0], yaw + turn[2])
+        start = (*transform_points(turn, np.array(((x, y),)))[0], yaw + turn[2])
         world = World(DEAD_ENDS, start, tuple(goal), polygons=walls)
         if starts_free(world, name):
             return world

@@ -25,14 +25,14 @@ from drake_starnav import Parts
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.navigation.validation import QUICKEST_LOCK, validated_margins
+from drake_starnav.navigation.validation import QUICKEST_LOCK, check_and_derive_margins
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.surroundings.unseen import initial_disc_radius
+from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.clearance import body_clearance
@@ -265,10 +265,10 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
     kept = [text for text in case.overrides if not text.startswith(PLANT_ONLY)]
     scenario = load_scenario(case.scenario, overrides=[*kept, *(f"{key}={value}" for key, value in PACE.items())])
     mounts = tuple(mount._replace(upside_down=False) for mount in case.mounts.values()) or (ON_AXIS,)
-    margin, robot = validated_margins(scenario, mounts).safety, scenario.robot
+    margin, robot = check_and_derive_margins(scenario, mounts).safety, scenario.robot
     world = make_world_with_footprints(scenario.world, seed, robot.radius)
     sees_all = all(lidar.field_of_view.full_circle for lidar in scenario.all_lidars)
-    free = initial_disc_radius(robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
+    free = find_initial_disc_radius(robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
     around = robot.shape if sees_all else disc(free)  # what it does not see there it takes for free; see SAFETY.md
     motion, rng = KinematicRobot(scenario, world, seed, mounts), np.random.default_rng((seed, 1))
     least, contact, path, scans, began = math.inf, None, 0.0, 0, time.process_time()

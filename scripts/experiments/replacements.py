@@ -19,8 +19,8 @@ from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.paper.modulation import modulated_vector
 from drake_starnav.planning import PlannerInput, PlannerState
 from drake_starnav.robot.motion import Actuation
-from drake_starnav.safety.shield import ramped_twist
-from drake_starnav.surroundings.piecewise_cubic import adaptive_fit
+from drake_starnav.safety.shield import ramp_twist
+from drake_starnav.surroundings.piecewise_cubic import fit_adaptively
 from drake_starnav.surroundings.region_union import RegionUnion
 from scripts.experiments.ablate_segments import fit_equal
 
@@ -95,7 +95,7 @@ def uncertified_twist(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, certificates: tuple, actuation: Actuation
 ) -> tuple[np.ndarray, bool]:
     """For `shield_twist`: whatever is desired, ramped."""
-    return ramped_twist(twist, desired, actuation), True
+    return ramp_twist(twist, desired, actuation), True
 
 
 def shortened_range(distance: np.ndarray, disc: tuple) -> tuple:
@@ -106,12 +106,12 @@ def shortened_range(distance: np.ndarray, disc: tuple) -> tuple:
 
 
 def two_sided_fit(samples: np.ndarray, lengths: tuple[float, float], one_sided: bool) -> tuple:
-    """For `adaptive_fit`: cubics through the samples."""
-    return adaptive_fit(samples, lengths, False)
+    """For `fit_adaptively`: cubics through the samples."""
+    return fit_adaptively(samples, lengths, False)
 
 
 def equal_segments(samples: np.ndarray, lengths: tuple[float, float], one_sided: bool) -> tuple:
-    """For `adaptive_fit`: SEGMENTS segments of equal length."""
+    """For `fit_adaptively`: SEGMENTS segments of equal length."""
     fit = fit_equal(samples, SEGMENTS, one_sided)
     return fit.starts, fit.values, fit.slopes
 

@@ -9,10 +9,10 @@ from drake_starnav.control.avoidance import Scene, avoid_collision, find_velocit
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.safety.certificates import accepted, standard_certificates
+from drake_starnav.safety.certificates import all_accept, make_standard_certificates
 from drake_starnav.safety.moving_certificate import STANDING_SPEED, MovingCertificate
 from drake_starnav.surroundings.region_union import RegionUnion
-from drake_starnav.surroundings.star_region import scan_region, unite_regions
+from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
@@ -54,7 +54,7 @@ def obstacle(position: tuple[float, float], velocity: tuple[float, float]) -> Tr
 def known() -> tuple[RegionUnion, Surroundings]:
     """What the robot knows of an empty hall."""
     scan, pose = cast(hall()), np.zeros(3)
-    regions = unite_regions((scan_region(scan, pose, ROBOT.radius, MARGINS),))
+    regions = unite_regions((make_scan_region(scan, pose, ROBOT.radius, MARGINS),))
     return regions, observe_scan(scan, pose, ROBOT.radius + 0.01, 1.2)
 
 
@@ -67,7 +67,7 @@ def avoided(
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    asked = standard_certificates(inputs.surroundings, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
+    asked = make_standard_certificates(inputs.surroundings, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
     return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT)
 
 
@@ -81,7 +81,7 @@ def test_one_that_comes_head_on_is_foreseen_and_evaded() -> None:
     found = avoided(tracks)
     assert found is not None
     near_by = MovingCertificate.near(TrackedObstacles(tracks, 0.0, OBSTACLES), np.zeros(2), COMMANDS)
-    assert accepted(roll_out(np.zeros(3), np.array((0.5, 0.0)), found, COMMANDS), (near_by,))
+    assert all_accept(roll_out(np.zeros(3), np.array((0.5, 0.0)), found, COMMANDS), (near_by,))
 
 
 def test_a_robot_that_stands_in_the_way_moves_before_it_is_too_late() -> None:

@@ -26,7 +26,7 @@ from drake_starnav.control.avoidance import (
 from drake_starnav.robot import Limits
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN
 from drake_starnav.surroundings.certified_star import CertifiedStar
-from drake_starnav.surroundings.star_region import scan_region, unite_regions
+from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
 from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
@@ -47,7 +47,7 @@ DISC_RADIUS = 0.3
 def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     """Discs of 0.3 m that stay where they are, on an empty floor that is seen 5 m far."""
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
-    regions = unite_regions([scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
+    regions = unite_regions([make_scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
     position = np.array(places, float).reshape(-1, 2)
     still, radius, trajectory = (
         np.zeros_like(position),

@@ -9,8 +9,8 @@ from drake_starnav.control.manoeuvre_following import follow_manoeuvre
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning.manoeuvre import count_reached
 from drake_starnav.robot import BASES, RobotParameters
-from drake_starnav.robot.motion import Actuation, Pose, Velocity, advanced
-from drake_starnav.safety.shield import ramped_twist
+from drake_starnav.robot.motion import Actuation, Pose, Velocity, advance_pose
+from drake_starnav.safety.shield import ramp_twist
 
 BASE = BASES["differential"]
 ROBOT = RobotParameters()
@@ -29,9 +29,9 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
         if not len(poses):
             break
         target = follow_manoeuvre(np.array(pose), poses, ROBOT)[0]
-        twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
+        twist = ramp_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
-        pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)
+        pose, _, _ = advance_pose(pose, steady, steady, PERIOD, LIMITS)
     assert not len(poses)
     assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04 and abs(twist[0]) < 0.2
     assert abs(pose.yaw) < 0.1
@@ -46,7 +46,7 @@ def test_a_robot_follows_the_arcs_of_a_manoeuvre(length: float, turn: float, gea
     poses = np.array(((x, y, turn, gear),))
     while not count_reached(np.array(pose), poses, BASE, 0.4):
         target = follow_manoeuvre(np.array(pose), poses, ROBOT)[0]
-        twist = ramped_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
+        twist = ramp_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
-        pose, _, _ = advanced(pose, steady, steady, PERIOD, LIMITS)
+        pose, _, _ = advance_pose(pose, steady, steady, PERIOD, LIMITS)
     assert abs(pose.yaw - turn) < 0.5 * abs(turn) and math.dist(pose[:2], (x, y)) < 0.02

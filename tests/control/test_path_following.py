@@ -18,11 +18,11 @@ from drake_starnav.control.path_following import (
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import BASES, RobotParameters
-from drake_starnav.robot.limits import HEADING_GAIN, aimed
+from drake_starnav.robot.limits import HEADING_GAIN, velocity_towards
 from drake_starnav.surroundings.recent_hits import Hits
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import unite_regions
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from tests.helpers.motions import limited_twist, only_star, stepped
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 
@@ -126,7 +126,7 @@ def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
     period = 0.02
     error, twist, least = 3.0, np.zeros(2), 0.0
     for _ in range(1000):
-        twist = limited_twist(twist, np.array(aimed(error, 0.0, robot.limits)[::2]), robot, period)
+        twist = limited_twist(twist, np.array(velocity_towards(error, 0.0, robot.limits)[::2]), robot, period)
         error -= twist[1] * period
         least = min(least, error)
     assert abs(error) < 0.01 and least > -0.1
@@ -136,7 +136,7 @@ def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
 def test_a_round_robot_of_any_base_heads_for_its_way_point_beside_hits(base: str) -> None:
     robot, hits = RobotParameters(base=base), np.array([(1.0, 0.5), (1.0, -0.5)])
     star = dataclasses.replace(OPEN.certified_star, boundary=Hits(hits, np.zeros(2)))
-    surroundings = replaced(OPEN, certified_star=star)
+    surroundings = replace_fields(OPEN, certified_star=star)
     guidance = Guidance(np.array([(3.0, 0.0)]), False, RegionUnion.none())
     inputs = ControllerInputs(np.zeros(3), np.zeros(len(robot.drive.components)), guidance, surroundings)
     twist = follow_guidance(inputs, robot).twist

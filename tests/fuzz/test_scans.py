@@ -7,12 +7,12 @@ from hypothesis.extra import numpy as hnp
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.outlier_filter import HitHistory, without_outliers
+from drake_starnav.lidar.outlier_filter import HitHistory, remove_outliers
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.scan_averaging import average_scan
-from drake_starnav.surroundings.star_region import scan_region
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.surroundings.star_region import make_scan_region
+from drake_starnav.utils.snapshot import replace_fields
 from tests.helpers.scans import MARGINS, RADIUS, observe_scan
 
 PARAMETERS = PlannerParameters()
@@ -41,11 +41,11 @@ def test_any_fields_make_a_scan_or_are_refused(time, start, step, low, high, fou
 def test_any_ranges_are_perceived(found, pose):
     pose = np.array(pose)
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 36, 0.0, 4.0, found, lost_beams=True)
-    scan = without_outliers(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
-    region = scan_region(scan, pose, RADIUS, MARGINS)
+    scan = remove_outliers(scan, pose, HitHistory((scan.points(pose)[::2],)))[0]
+    region = make_scan_region(scan, pose, RADIUS, MARGINS)
     seen = observe_scan(scan, pose, RADIUS, 1.2)
     recent_hits, mean = average_scan(seen.recent_hits, scan, pose + 0.01, 1.0)
-    averaged = observe_scan(mean, pose + 0.01, RADIUS, 1.2, replaced(seen, recent_hits=recent_hits))
+    averaged = observe_scan(mean, pose + 0.01, RADIUS, 1.2, replace_fields(seen, recent_hits=recent_hits))
     star = seen.certified_star
     for values in (region.boundary.values, star.values, averaged.certified_star.values):
         assert np.isfinite(values).all() and values.min() >= 0.0

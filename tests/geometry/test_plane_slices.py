@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.plane_slices import SLAB, Slab, Solids, scan_planes, slice_solids
+from drake_starnav.geometry.plane_slices import SLAB, Slab, Solids, find_scan_planes, slice_solids
 
 
 def level(height: float) -> np.ndarray:
@@ -28,13 +28,13 @@ def test_a_scan_plane_keeps_its_key_while_the_frame_slides_in_it() -> None:
     X_WS = np.column_stack((np.eye(3), (0.0, 0.0, 0.2)))
     X_WF = np.array([np.column_stack((np.eye(3), (1.0, 2.0, 0.0)))])
     X_WS_begin = np.column_stack((np.eye(3)[[1, 0, 2]], (0.3, 0.1, 0.2)))  # its x axis is W's y axis
-    keys, planes, (begin, end), changed = scan_planes(X_WF, X_WS_begin, X_WS, np.full((1, 4), np.nan))
+    keys, planes, (begin, end), changed = find_scan_planes(X_WF, X_WS_begin, X_WS, np.full((1, 4), np.nan))
     assert list(changed) == [0]
     np.testing.assert_allclose(planes[0], level(0.2), atol=1e-9)
     np.testing.assert_allclose(end[0], (-1.0, -2.0, 0.0), atol=1e-9)
     np.testing.assert_allclose(begin[0], (-0.7, -1.9, 0.5 * math.pi), atol=1e-9)
     X_WF[0, :2, 3] += 0.5
-    _, _, (begin, end), changed = scan_planes(X_WF, X_WS, X_WS, keys)
+    _, _, (begin, end), changed = find_scan_planes(X_WF, X_WS, X_WS, keys)
     assert len(changed) == 0
     np.testing.assert_allclose(end[0], (-1.5, -2.5, 0.0), atol=1e-9)
     np.testing.assert_array_equal(begin, end)

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drake_starnav.geometry.polyline import (
-    arc_lengths,
     distance_to_segment,
-    resampled,
-    simplified,
-    subdivided,
+    measure_arc_lengths,
+    resample_polyline,
+    simplify_polyline,
+    subdivide_polyline,
     third_side,
 )
 
@@ -24,7 +24,7 @@ def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 @given(LINES, st.floats(0.0, 3.0))
 def test_omitted_points_lie_near_the_simplified_polyline(points: np.ndarray, tolerance: float) -> None:
-    left = simplified(points, tolerance)
+    left = simplify_polyline(points, tolerance)
     assert (left[0] == points[0]).all() and (left[-1] == points[-1]).all()
     if len(points) > 1:
         assert distance_to_line(points, left).max() <= tolerance + 1e-9
@@ -32,21 +32,21 @@ def test_omitted_points_lie_near_the_simplified_polyline(points: np.ndarray, tol
 
 def test_a_straight_line_keeps_its_ends_and_a_corner_its_point() -> None:
     x = np.linspace(0.0, 1.0, 50)
-    assert simplified(np.column_stack((x, 2.0 * x)), 1e-9).tolist() == [[0.0, 0.0], [1.0, 2.0]]
+    assert simplify_polyline(np.column_stack((x, 2.0 * x)), 1e-9).tolist() == [[0.0, 0.0], [1.0, 2.0]]
     there_and_back = np.column_stack((np.concatenate((x, x[::-1])), np.zeros(100)))
-    assert simplified(there_and_back, 0.01).tolist() == [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]
+    assert simplify_polyline(there_and_back, 0.01).tolist() == [[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]
 
 
 def test_a_circle_needs_as_many_chords_as_its_sagitta_asks_for() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 5000)
-    chords = len(simplified(np.column_stack((np.cos(angle), np.sin(angle))), 0.02)) - 1
+    chords = len(simplify_polyline(np.column_stack((np.cos(angle), np.sin(angle))), 0.02)) - 1
     fewest = np.pi / np.arccos(1.0 - 0.02)
     assert fewest <= chords <= 2.0 * fewest
 
 
 @pytest.mark.parametrize(("step", "count"), [(0.5, 7), (3.0, 2), (0.4, 9), (10.0, 2)])
 def test_resampled_points_are_even(step: float, count: int) -> None:
-    points = resampled(np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]), step)
+    points = resample_polyline(np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)]), step)
     assert len(points) == count
     along = np.linspace(0.0, 3.0, count)
     np.testing.assert_allclose(points, np.column_stack((np.minimum(along, 1.0), np.maximum(along - 1.0, 0.0))))
@@ -55,15 +55,15 @@ def test_resampled_points_are_even(step: float, count: int) -> None:
 @pytest.mark.parametrize(("step", "count"), [(0.5, 9), (0.3, 12), (3.0, 3)])
 def test_subdivided_polylines_keep_their_corners(step: float, count: int) -> None:
     corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)])
-    points = subdivided(corners, step)
+    points = subdivide_polyline(corners, step)
     assert len(points) == count and np.hypot(*np.diff(points, axis=0).T).max() <= step
     assert all((points == corner).all(axis=1).any() for corner in corners)
-    assert arc_lengths(points)[-1] == pytest.approx(3.0)
+    assert measure_arc_lengths(points)[-1] == pytest.approx(3.0)
 
 
 def test_arc_lengths_are_those_up_to_each_point() -> None:
-    assert arc_lengths(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 5.0)])).tolist() == [0.0, 5.0, 6.0]
-    assert arc_lengths(np.ones((1, 2))).tolist() == [0.0]
+    assert measure_arc_lengths(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 5.0)])).tolist() == [0.0, 5.0, 6.0]
+    assert measure_arc_lengths(np.ones((1, 2))).tolist() == [0.0]
 
 
 def test_a_chord_is_the_distance_between_the_ends_of_two_beams():

@@ -16,8 +16,8 @@ from drake_starnav.geometry.raycast import (
     cast_groups,
     cast_rolling,
     cast_rows,
-    circle_rows,
-    segment_rows,
+    make_circle_rows,
+    make_segment_rows,
 )
 
 BEAMS = 180
@@ -76,7 +76,7 @@ def brute(pose, fan, reach, circles=(), segments=(), ellipses=()):
 
 def test_no_beam_slips_through_a_corner():
     corners = np.array([(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
-    square = segment_rows(np.hstack((corners, np.roll(corners, -1, axis=0))))
+    square = make_segment_rows(np.hstack((corners, np.roll(corners, -1, axis=0))))
     for yaw in (0.0, np.pi / 4, 0.1, 1e-15):
         assert np.isfinite(cast(square, (0.0, 0.0, yaw), Fan.regular(0.0, np.pi / 4, 8))).all()
 
@@ -90,7 +90,7 @@ def test_ranges_agree_with_brute_force(seed, part):
     ellipses = np.column_stack((rng.uniform(-4, 4, (4, 2)), rng.uniform(0.1, 1.5, (4, 2)), rng.uniform(-4, 4, 4)))
     pose = (*rng.uniform(-3, 3, 2), rng.uniform(-10, 10))
     fan = Fan.regular(rng.uniform(-4, 4), rng.uniform(0.01, 0.05), 100) if part else FAN
-    rows = np.vstack((circle_rows(circles), segment_rows(segments), ellipse_rows(ellipses)))
+    rows = np.vstack((make_circle_rows(circles), make_segment_rows(segments), ellipse_rows(ellipses)))
     truth = brute(pose, fan, 5.0, circles, segments, ellipses)
     assert np.allclose(cast(rows, pose, fan), truth, rtol=0.0, atol=1e-8)
     groups = Shapes.of([rows[:7], rows[7:]])
@@ -103,7 +103,7 @@ def test_ranges_agree_with_brute_force(seed, part):
 @given(seed=st.integers(0, 10**6), most=st.sampled_from((0.3, 3.0)), clockwise=st.booleans())
 def test_a_rolling_scan_is_each_beam_cast_from_its_own_pose(seed, most, clockwise):
     rng = np.random.default_rng(seed)
-    rows = np.vstack((circle_rows(rng.uniform(0.1, 4.0, (8, 3))), segment_rows(rng.uniform(-5, 5, (8, 4)))))
+    rows = np.vstack((make_circle_rows(rng.uniform(0.1, 4.0, (8, 3))), make_segment_rows(rng.uniform(-5, 5, (8, 4)))))
     begin, turn = rng.uniform(-3, 3, 3), rng.uniform(-most, most)
     end = begin + (*rng.uniform(-0.2, 0.2, 2), turn + 2.0 * np.pi * rng.integers(-1, 2))  # yaw wraps
     swept = np.full(BEAMS, np.inf)
@@ -119,10 +119,10 @@ def tangent_to(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndar
     centre, size, angle = rng.uniform(-3.0, 3.0, 2), 10.0 ** rng.uniform(-2.0, 1.0), rng.uniform(-4.0, 4.0)
     turned = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
     if kind == "segment":
-        return segment_rows(np.hstack((centre, centre + size * turned[0]))), centre, turned[0]
+        return make_segment_rows(np.hstack((centre, centre + size * turned[0]))), centre, turned[0]
     axes = size * np.array((1.0, 1.0 if kind == "circle" else rng.uniform(0.01, 1.0)))
     place, way = turned @ (axes * (0.0, 1.0)), turned @ (axes * (1.0, 0.0))
-    rows = circle_rows((*centre, size)) if kind == "circle" else ellipse_rows((*centre, *axes, angle))
+    rows = make_circle_rows((*centre, size)) if kind == "circle" else ellipse_rows((*centre, *axes, angle))
     return rows, centre + place, way / np.hypot(*way)
 
 

@@ -12,9 +12,9 @@ from drake_starnav.geometry.trajectory import (
     STUCK_RADIUS,
     STUCK_TIME,
     Motion,
-    kept_samples,
-    least_gaps,
-    motion_metrics,
+    compute_motion_metrics,
+    find_least_gaps,
+    select_samples,
     stops,
     time_stuck,
 )
@@ -44,7 +44,7 @@ def test_gaps_are_between_footprints() -> None:
     passing = np.array([(2.0, 1.0, 0.0), (-2.0, 1.0, 0.0)])
     far = np.full((2, 3), (0.0, -5.0, 0.0))
     footprints = [disc(0.25), disc(0.25), disc(0.5)]
-    gaps = least_gaps(footprints, [Motion(times, poses) for poses in (still, passing, far)])
+    gaps = find_least_gaps(footprints, [Motion(times, poses) for poses in (still, passing, far)])
     assert gaps == pytest.approx([0.5, 0.5, 4.25], abs=0.02)
 
 
@@ -55,7 +55,7 @@ def metrics(v, omega, positions=None, clearances=None, body=DISC):
     twists = np.column_stack((v, omega))
     positions = np.cumsum(np.column_stack((v, np.zeros(len(v)))) * STEP, axis=0) if positions is None else positions
     clearances = np.ones(len(v)) if clearances is None else clearances
-    return motion_metrics(positions, twists, clearances, time_step=STEP, footprint=body)
+    return compute_motion_metrics(positions, twists, clearances, time_step=STEP, footprint=body)
 
 
 def test_steady_driving_is_smooth() -> None:
@@ -124,8 +124,8 @@ def test_kept_samples_suffice_at_every_time() -> None:
     times = np.linspace(0.0, 8.0, 1601)
     along = np.where(times < 3.0, times**2 / 3.0, np.minimum(3.0, times))  # it stops
     points = np.column_stack((along, 0.4 * np.sin(2.0 * along)))
-    kept = kept_samples(times, points, 0.02)
+    kept = select_samples(times, points, 0.02)
     again = np.column_stack([np.interp(times, times[kept], points[kept, k]) for k in (0, 1)])
     assert np.hypot(*(again - points).T).max() <= 0.02
     assert (kept[0], kept[-1]) == (0, 1600) and len(kept) < 40
-    assert list(kept_samples(times[:1], points[:1], 0.02)) == [0]
+    assert list(select_samples(times[:1], points[:1], 0.02)) == [0]

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from drake_starnav.geometry.raycast import Fan, cast_groups
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import measure
-from drake_starnav.robot.motion import Pose, advanced, velocity_of
+from drake_starnav.robot.motion import Pose, advance_pose, convert_to_velocity
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.scenario.schema import Scenario
@@ -58,7 +58,7 @@ class BareRobot:
         if self.scans / lidar.rate <= self.time + 1e-9:
             ranges = self._ranges(self.scans)
             scans, self.scans = [LaserScan(now, ranges=ranges, **lidar.scan_fields)], self.scans + 1
-        ahead, aside, turning = velocity_of(self.twist)
+        ahead, aside, turning = convert_to_velocity(self.twist)
         turning *= ahead if self.limits.steers > 0.0 else 1.0
         x, y, yaw = self.pose.tolist()
         return Reading(now, scans, [Odometry(now, x, y, yaw, ahead, turning, aside)], self.world.goal)
@@ -73,7 +73,9 @@ class BareRobot:
         """Follow a command for a period; it ramps as the certificate assumes."""
         twist = np.asarray(command.twist)
         assert np.isfinite(twist).all()
-        pose, _, _ = advanced(Pose(*self.pose), velocity_of(self.twist), velocity_of(twist), self.period, self.limits)
+        pose, _, _ = advance_pose(
+            Pose(*self.pose), convert_to_velocity(self.twist), convert_to_velocity(twist), self.period, self.limits
+        )
         after = np.array(pose)
         self.way += math.dist(after[:2], self.pose[:2])
         self.pose, self.twist, self.ticks = after, twist.copy(), self.ticks + 1
@@ -112,6 +114,6 @@ class TwoEyes(BareRobot):
         reading, lidar, scans = super().read(), self.scenario.lidar, []
         for k, mount in enumerate(self.MOUNTS):
             if self.ticks % 4 == 2 * k:  # 10 Hz each
-                scan = scan_from(self.shapes, composed(self.pose, mount[:3]), lidar, k, self.ticks)
+                scan = scan_from(self.shapes, compose_poses(self.pose, mount[:3]), lidar, k, self.ticks)
                 scans.append((k, replace(scan, time=reading.now)))
         return reading._replace(scans=scans)

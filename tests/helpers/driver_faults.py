@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import now_in
+from drake_starnav.geometry.se2 import find_pose_in_frame
 from drake_starnav.runtime.loop import Reading
 
 BEGIN = 1.6
@@ -96,7 +96,7 @@ class Faults:
 
     def odometry_begins_anew(self, r, t):
         self.kept = self.kept or r.odometry
-        poses = [now_in(self.kept[0][1:4], row[1:4]) for row in r.odometry]
+        poses = [find_pose_in_frame(self.kept[0][1:4], row[1:4]) for row in r.odometry]
         return r._replace(
             odometry=[row._replace(x=x, y=y, yaw=yaw) for row, (x, y, yaw) in zip(r.odometry, poses, strict=True)]
         )

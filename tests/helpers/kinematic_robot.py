@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.robot.motion import Actuation, roll_out
-from drake_starnav.safety.certificates import accepted
+from drake_starnav.safety.certificates import all_accept
 from drake_starnav.safety.clear import Clear
-from drake_starnav.safety.shield import braking_twist, ramped_twist
+from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
@@ -58,7 +58,7 @@ class KinematicRobot:
 
     def look(self) -> None:
         """Take the scans where it is, and perceive."""
-        places = [composed(self.pose, mount[:3]) if mount != ON_AXIS else self.pose for _, mount in self._lidars]
+        places = [compose_poses(self.pose, mount[:3]) if mount != ON_AXIS else self.pose for _, mount in self._lidars]
         views = zip(self._lidars, places, strict=True)
         scans = [scan_from(self._shapes, place, lidar, self._seed, self._scans) for (lidar, _), place in views]
         self._scans += 1
@@ -87,21 +87,21 @@ class KinematicRobot:
         """
         actuation, poses = self._actuation, []
         base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
-        desired = base.saturated(desired, limits)
+        desired = base.saturate(desired, limits)
         certificates = (Clear(self.seen.surroundings, self._margin, footprint),)
         proposals = list(base.proposals(desired, limits))
         for _ in range(count):
             pose, twist = self.pose, self.twist
             for choice, target in enumerate(proposals):
                 motion = roll_out(pose, twist, target, actuation)
-                if accepted(motion, certificates):
+                if all_accept(motion, certificates):
                     self.changed += choice > 0
                     break
             else:
-                target = braking_twist(twist, desired, limits, footprint.is_disc)
+                target = make_braking_twist(twist, desired, limits, footprint.is_disc)
                 motion = roll_out(pose, twist, target, actuation)
                 self.braked += 1
-            self.pose, self.twist = motion.pose[motion.braking], ramped_twist(twist, target, actuation)
+            self.pose, self.twist = motion.pose[motion.braking], ramp_twist(twist, target, actuation)
             poses.append(self.pose)
             if (self.pose == pose).all() and (self.twist == twist).all():
                 break

@@ -8,12 +8,12 @@ from drake_starnav.control import ControllerInputs, ControllerParameters, follow
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
-from drake_starnav.safety.certificates import accepted
+from drake_starnav.safety.certificates import all_accept
 from drake_starnav.safety.clear import Clear
-from drake_starnav.safety.shield import certified_twist, ramped_twist
+from drake_starnav.safety.shield import find_certified_twist, ramp_twist
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 
 PERIOD, ORIGIN = 0.02, np.zeros(2)
 FINE = 2e-4
@@ -27,7 +27,7 @@ def actuation(robot: RobotParameters, hold: float = PERIOD, delay: float = 0.0) 
 
 def only_star(values: np.ndarray, center: np.ndarray = ORIGIN) -> Surroundings:
     """Surroundings in which nothing but a star about `center` is known, by its boundary at M bearings, m."""
-    return replaced(Surroundings.unknown(), certified_star=CertifiedStar(center, 0.0, values))
+    return replace_fields(Surroundings.unknown(), certified_star=CertifiedStar(center, 0.0, values))
 
 
 def clear(star: Surroundings) -> Clear:
@@ -39,7 +39,7 @@ def motion(
     pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits, delay: float = 0.0
 ) -> np.ndarray:
     """Poses (x, y, yaw) until the robot stands, shape (n, 3): `twist` for the delay, then `desired`, then braking."""
-    target = BASES["differential"].saturated(desired, limits)
+    target = BASES["differential"].saturate(desired, limits)
     return roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)).pose
 
 
@@ -53,8 +53,8 @@ def certified(
     delay: float = 0.0,
 ) -> bool:
     """Whether that motion is certified, as the package decides it."""
-    target = BASES["differential"].saturated(desired, limits)
-    return accepted(roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)), (clear(star),))
+    target = BASES["differential"].saturate(desired, limits)
+    return all_accept(roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)), (clear(star),))
 
 
 def starred_twist(
@@ -67,15 +67,15 @@ def starred_twist(
     delay: float = 0.0,
 ) -> tuple[float, float, bool]:
     """What the shield makes of a twist in a static world: v, omega, and whether any motion was certified."""
-    target = BASES["differential"].saturated(desired, limits)
+    target = BASES["differential"].saturate(desired, limits)
     command = Actuation(limits, disc(0.25), hold, delay)
-    (v, omega), certain = certified_twist(pose, twist, target, (clear(star),), command)
+    (v, omega), certain = find_certified_twist(pose, twist, target, (clear(star),), command)
     return float(v), float(omega), certain
 
 
 def limited_twist(twist: np.ndarray, desired: np.ndarray, robot: RobotParameters, period: float) -> np.ndarray:
     """The twist after one period of a robot that follows its commands within its limits."""
-    return ramped_twist(twist, robot.drive.saturated(desired, robot.limits), actuation(robot, period))
+    return ramp_twist(twist, robot.drive.saturate(desired, robot.limits), actuation(robot, period))
 
 
 def stepped(

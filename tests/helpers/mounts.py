@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.worlds.world import World
@@ -59,7 +59,7 @@ def _look(world: World, lidar: Lidar, pose: np.ndarray, range_max: float) -> Las
     first = -math.pi if full else -0.5 * span
     if upside_down:  # clockwise in the robot's frame
         first = -first - (beams - 1) * step
-    place = composed(pose, (x, y, yaw))
+    place = compose_poses(pose, (x, y, yaw))
     scan = cast(world, place, beams=beams, range_max=range_max, angle_min=first, angle_increment=step)
     if not upside_down:
         return scan

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, noisy
 
@@ -65,7 +65,7 @@ def drive(
         )
         scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
         scan = scan if noise is None else noisy(scan, *noise)
-        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, parameters, MARGINS, RADIUS))
         states.append(state)
         if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):

@@ -24,7 +24,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
-from drake_starnav.surroundings import Observation, scan_region
+from drake_starnav.surroundings import Observation, make_scan_region
 from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, apply_look, quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
@@ -55,7 +55,7 @@ def run_log(world, goal, speed, duration, period=PERIOD):
     for k in range(round(duration / period) + 1):
         pose, time = np.array([speed * period * k, 0.0, 0.0]), period * k
         scan = dataclasses.replace(cast(world, pose, beams=180, range_max=4.0), time=time)
-        seen = Observation(scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
+        seen = Observation(make_scan_region(scan, pose, ROBOT.radius, MARGINS), scan, pose)
         state = plan_step(state, PlannerInput(seen, pose[:2], goal, time, PLANNER, MARGINS, ROBOT.radius))
         braking = SimpleNamespace(path=pose + np.linspace(0.0, 0.3, 30)[:, None] * np.array([1.0, 0.0, 0.0]))
         row = {"pose": pose, "scan_pose": pose, "goal": goal, "twist": np.array([speed, 0.0]), "scan": scan}

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from drake_starnav.geometry.footprint import Footprint, disc
-from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.planning.parameters import PlannerParameters
@@ -15,14 +15,14 @@ from drake_starnav.planning.roadmap import StarRoadmap, add_node
 from drake_starnav.surroundings.erosion import FreeRange
 from drake_starnav.surroundings.margins import Margins, ViewRetention
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_union import RegionUnion, first_gap
-from drake_starnav.surroundings.star_region import StarRegion, fit_region, scan_region
+from drake_starnav.surroundings.region_union import RegionUnion, find_first_gap
+from drake_starnav.surroundings.star_region import StarRegion, fit_region, make_scan_region
 from drake_starnav.surroundings.surroundings import Surroundings, observe
 from drake_starnav.surroundings.unseen import BodyStep, is_known_free
 from drake_starnav.surroundings.view import View, ViewParams, make_view
 from drake_starnav.surroundings.view_arrays import ViewArrays
 from drake_starnav.surroundings.view_history import ViewHistory
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 
 RADIUS = 0.25
@@ -46,15 +46,15 @@ seeds = st.integers(0, 2**32 - 1)
 
 def view_of_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float = 99.0) -> View:
     """A view that saw nothing itself, of hits (n, 2) of scans before it, which occlude nothing."""
-    return replaced(View.none(), robot_pose=np.asarray(place, dtype=float), recent_points=hits, reach=reach)
+    return replace_fields(View.none(), robot_pose=np.asarray(place, dtype=float), recent_points=hits, reach=reach)
 
 
 def view_of(scan: LaserScan, place: np.ndarray | tuple, reach: float = 3.0, shape=None) -> View:
     """What one lidar on the axis of a robot saw in one scan, from a pose."""
     shape = shape or disc(0.0)
     pose = np.array(place, dtype=float)
-    view = replaced(View.none(), scan=scan, confirmed_scan=scan, robot_pose=pose, params=ViewParams(shape))
-    return replaced(view, near_points=scan.points(pose), reach=reach)
+    view = replace_fields(View.none(), scan=scan, confirmed_scan=scan, robot_pose=pose, params=ViewParams(shape))
+    return replace_fields(view, near_points=scan.points(pose), reach=reach)
 
 
 def seen_by(views: ViewHistory, part: np.ndarray) -> bool:
@@ -127,10 +127,12 @@ def cast_rolling(
         time: at the end, s; the period if None.
         beams, view: as of `cast`.
     """
-    back = np.array(now_in(pose, before))
+    back = np.array(find_pose_in_frame(pose, before))
     clockwise = (view.get("angle_increment") or 1.0) < 0.0
     ranges = [
-        cast(world, composed(pose, back * (i if clockwise else beams - 1 - i) / beams), beams=beams, **view).ranges[i]
+        cast(
+            world, compose_poses(pose, back * (i if clockwise else beams - 1 - i) / beams), beams=beams, **view
+        ).ranges[i]
         for i in range(beams)
     ]
     return dataclasses.replace(
@@ -211,7 +213,7 @@ def smooth_region(rng: np.random.Generator, center: np.ndarray, mean: float = 1.
 
 def observed(scan: LaserScan, pose: np.ndarray, margins: Margins = MARGINS) -> Observation:
     """What a planner gets of a scan taken at a pose."""
-    return Observation(scan_region(scan, pose, RADIUS, margins), scan, pose)
+    return Observation(make_scan_region(scan, pose, RADIUS, margins), scan, pose)
 
 
 def explored(world: World, positions: np.ndarray, margins: Margins = MARGINS) -> StarRoadmap:
@@ -233,4 +235,4 @@ def wandered(seed: int, nodes: int = 5, margins: Margins = MARGINS) -> tuple[Wor
 
 def in_view(regions: RegionUnion, start: np.ndarray, end: np.ndarray) -> bool:
     """Whether the straight segment between two places (2,) stays inside a union."""
-    return bool(first_gap(regions, tuple(start), tuple(end), 0.0, 0.25) < 0.0)
+    return bool(find_first_gap(regions, tuple(start), tuple(end), 0.0, 0.25) < 0.0)

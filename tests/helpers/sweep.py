@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.robot import Limits
-from drake_starnav.robot.motion import velocity_of
+from drake_starnav.robot.motion import convert_to_velocity
 
 STEP = 4e-3
 """Of the sweep, s."""
@@ -59,4 +59,6 @@ def sweep(
     pose: np.ndarray, twists: tuple[np.ndarray, np.ndarray], phases: tuple[float, float], limits: Limits
 ) -> np.ndarray:
     """`swept` of a robot that is commanded the first twist, and now the second one."""
-    return swept(pose, np.array(velocity_of(twists[0])), np.array(velocity_of(twists[1])), phases, limits)
+    return swept(
+        pose, np.array(convert_to_velocity(twists[0])), np.array(convert_to_velocity(twists[1])), phases, limits
+    )

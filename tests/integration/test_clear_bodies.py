@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
@@ -18,9 +18,9 @@ from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.surroundings.unseen import initial_disc_radius
+from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.surroundings.view_history import ViewHistory
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.clearance import body_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.kinematic_robot import KinematicRobot
@@ -57,7 +57,7 @@ def seen_by(world: World, pose: np.ndarray, shape: Footprint, rng: np.random.Gen
         scan = cast(world, place, beams=720)
         scan = scan if rng is None else noisy(scan, NOISE, rng)
         seen = observe_scan(scan, place, shape.cover_radius + MARGIN, 2.0, seen, shape)
-    return replaced(seen, past_views=ViewHistory())  # the last view alone
+    return replace_fields(seen, past_views=ViewHistory())  # the last view alone
 
 
 def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> tuple[bool, float]:
@@ -70,7 +70,7 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
             break
     limits, speeds = robot.limits, np.full(len(robot.drive.components), robot.max_speed)
     speeds[-1] = limits.max_yaw_rate
-    twist, target = (robot.drive.saturated(rng.uniform(-speeds, speeds), limits) for _ in range(2))
+    twist, target = (robot.drive.saturate(rng.uniform(-speeds, speeds), limits) for _ in range(2))
     twist *= rng.random() < 0.5
     delay, hold = rng.choice((0.0, 0.02)), rng.choice((0.02, 0.1))
     motion = roll_out(pose, twist, target, Actuation(limits, shape, hold, delay, robot.drive))
@@ -127,9 +127,9 @@ def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
     standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
     assert not Clear(Surroundings.unknown(), MARGIN, shape).accepts(standing)
     star = seen_by(wall(1.0), pose, shape)
-    near = replaced(star.view, reach=shape.radius - 0.01)  # even where the scan was taken
+    near = replace_fields(star.view, reach=shape.radius - 0.01)  # even where the scan was taken
     views = star.current_views._replace(views=(near,))
-    blind = replaced(star, certified_star=CertifiedStar.none(), current_views=views)
+    blind = replace_fields(star, certified_star=CertifiedStar.none(), current_views=views)
     assert not Clear(blind, MARGIN, shape).accepts(standing)
     fast = roll_out(
         pose + (1.5, 0.0, 0.0),
@@ -211,7 +211,7 @@ def looks_at(world: World, poses: np.ndarray, shape: Footprint, mount: Mount = O
     """What scans at poses (n, 3) certify, one after the other."""
     state, settings = PerceptionState.initial(), PerceptionSettings(MARGINS, shape, None, (mount,))
     for k, pose in enumerate(poses):
-        scan = dataclasses.replace(cast(world, composed(pose, mount[:3]), beams=720, **view), time=0.1 * k)
+        scan = dataclasses.replace(cast(world, compose_poses(pose, mount[:3]), beams=720, **view), time=0.1 * k)
         state = perceive(state, (scan,), pose, settings)
     return state.surroundings
 
@@ -266,7 +266,7 @@ def test_a_limited_view_accepts_nothing_that_touches(half: float, mount: Mount, 
         poses.append(np.array((x + 0.05 * math.cos(yaw), y + 0.05 * math.sin(yaw), yaw + 0.1 * turns)))
     world = scattered(rng, discs=14, walls=8, clear=0.1)
     free = body_clearance(world, np.array(poses), shape).min() > MARGINS.safety + 0.01
-    start = disc(initial_disc_radius(shape, MARGINS.safety, mount.x))
+    start = disc(find_initial_disc_radius(shape, MARGINS.safety, mount.x))
     if not free or body_clearance(world, begin[None], start)[0] < 0.0:
         return
     star = looks_at(world, np.array(poses), shape, mount, angle_min=-half, angle_increment=2.0 * half / 719)
@@ -294,7 +294,7 @@ def test_no_driver_comes_nearer_than_the_margin_to_what_was_never_seen(name: str
     scenario = parse_scenario("world: !Obstacles {}", name="posts", overrides=view)
     scenario = dataclasses.replace(scenario, robot=robot)
     margin = derive_margins(scenario, (mount,)).safety
-    free = initial_disc_radius(robot.shape, margin, mount.x) + 0.02
+    free = find_initial_disc_radius(robot.shape, margin, mount.x) + 0.02
     for seed in range(2):
         rng, far = np.random.default_rng(seed), free + 0.35
         posts = []

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.geometry.polyline import resampled
+from drake_starnav.geometry.polyline import resample_polyline
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
@@ -95,7 +95,7 @@ def test_robots_stray_from_their_commands_until_they_stand_by_no_more_than_the_m
         pose = station.GetOutputPort("localization.pose").Eval(context)
         if k % 100 == 40:
             wanted = np.zeros(2)
-            way = resampled(roll_out(pose, twist, wanted, does).position, 1e-4)
+            way = resample_polyline(roll_out(pose, twist, wanted, does).position, 1e-4)
         if k % 100 >= 40:
             away.append(np.hypot(*(way - pose[:2]).T).min())
         twist = limited_twist(twist, wanted, robot, PERIOD)

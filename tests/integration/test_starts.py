@@ -8,7 +8,12 @@ from hypothesis import given, settings
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED, MovingCertificate, reachable_discs
+from drake_starnav.safety.moving_certificate import (
+    MOVING_MARGIN,
+    STANDING_SPEED,
+    MovingCertificate,
+    find_reachable_discs,
+)
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import TrackerState, track
 from drake_starnav.worlds.clearance import clearance
@@ -76,7 +81,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
         if k % TICKS == 0:
             scene = Scene(room(), tuple(radii), lambda _, now=centers: now)
             known = track(known, scene.scan(time, pose, rng), pose, obstacles)
-            rows = reachable_discs(known.tracks, obstacles)
+            rows = find_reachable_discs(known.tracks, obstacles)
         if k % 20 == 0:
             desired = np.array((rng.choice((0.8, 0.8, -0.8)), rng.choice((0.0, rng.uniform(-2.0, 2.0)))))
         ahead = moved(pose, desired, 0.8)[:2]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.faulty_beams import FEWEST_SCANS, FaultyBeams
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
@@ -34,7 +34,7 @@ def circling(scans: int) -> list[np.ndarray]:
 def found(poses, mount: Mount = ON_AXIS, spoilt=lambda scan: scan) -> tuple[FaultyBeams, LaserScan]:
     state, shapes = FaultyBeams.none(), visible_shapes(POLES)
     for k, pose in enumerate(poses):
-        scan = scan_from(shapes, composed(pose, mount[:3]), LIDAR, 0, k)
+        scan = scan_from(shapes, compose_poses(pose, mount[:3]), LIDAR, 0, k)
         if mount.upside_down:
             scan = replace(scan, ranges=np.roll(scan.ranges[::-1], 1))
         state, scan = state.after(spoilt(scan), pose, mount)

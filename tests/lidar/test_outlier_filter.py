@@ -13,9 +13,9 @@ from drake_starnav.lidar.outlier_filter import (
     CONFIRMATIONS,
     CONFIRMING_SCANS,
     HitHistory,
-    lone_close_hits,
-    without_lone_close_hits,
-    without_outliers,
+    find_lone_close_hits,
+    remove_lone_close_hits,
+    remove_outliers,
 )
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
 from drake_starnav.worlds.world import World
@@ -37,7 +37,7 @@ def lonely(**hits: float) -> LaserScan:
 
 
 def test_a_lonely_hit_is_lost_not_free():
-    seen = without_outliers(lonely(b90=1.0), ORIGIN, NOTHING)[0]
+    seen = remove_outliers(lonely(b90=1.0), ORIGIN, NOTHING)[0]
     assert seen.lost.tolist() == [k == 90 for k in range(360)] and not seen.hits.any()
 
 
@@ -48,9 +48,9 @@ def test_neighbours_confirm_each_other_also_across_the_seam_and_a_lost_beam():
         {"b359": 1.0, "b1": 1.0},
         {"b10": 1.0, "b12": 1.0},
     ):
-        assert without_outliers(lonely(**pair), ORIGIN, NOTHING)[0].beams.complete
-    assert without_outliers(lonely(b10=1.0, b13=1.0), ORIGIN, NOTHING)[0].lost.sum() == 2
-    assert without_outliers(lonely(b10=1.0, b11=1.3), ORIGIN, NOTHING)[0].lost.sum() == 2
+        assert remove_outliers(lonely(**pair), ORIGIN, NOTHING)[0].beams.complete
+    assert remove_outliers(lonely(b10=1.0, b13=1.0), ORIGIN, NOTHING)[0].lost.sum() == 2
+    assert remove_outliers(lonely(b10=1.0, b11=1.3), ORIGIN, NOTHING)[0].lost.sum() == 2
 
 
 def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
@@ -59,7 +59,7 @@ def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
         offset = post - pose[:2]
         beam = round((math.atan2(offset[1], offset[0]) - pose[2] + math.pi) / (2.0 * math.pi / 360))
         scan = lonely(**{f"b{beam}": float(np.hypot(*offset))})
-        assert without_outliers(scan, pose, history)[0].hits.any() == (k >= CONFIRMATIONS == 2)
+        assert remove_outliers(scan, pose, history)[0].hits.any() == (k >= CONFIRMATIONS == 2)
         history = history.remembered(scan.points(pose))
 
 
@@ -69,20 +69,20 @@ def test_old_scans_confirm_nothing():
         history = history.remembered(scan.points())
     for _ in range(CONFIRMING_SCANS - CONFIRMATIONS):
         history = history.remembered(np.zeros((0, 2)))
-        assert without_outliers(scan, ORIGIN, history)[0].hits.any()
-    assert not without_outliers(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
+        assert remove_outliers(scan, ORIGIN, history)[0].hits.any()
+    assert not remove_outliers(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
 
 
 def test_a_hit_inside_the_robot_is_an_outlier_even_with_a_neighbour():
     scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
-    kept, certain = without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)
+    kept, certain = remove_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)
     assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
-    assert without_outliers(scan, ORIGIN, NOTHING, 0.01)[0].beams.complete
+    assert remove_outliers(scan, ORIGIN, NOTHING, 0.01)[0].beams.complete
 
 
 def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_robot():
     scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
-    assert without_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].beams.complete
+    assert remove_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].beams.complete
 
 
 @pytest.mark.parametrize("value", [-np.inf, 0.05, 0.2])
@@ -90,8 +90,8 @@ def test_a_beam_that_alone_sees_something_inside_the_robot_errs(value):
     view = {"time": 0.0, "angle_min": -2.0, "angle_increment": 0.02, "range_min": 0.02, "range_max": 5.0}
     for beam in (2, 90, 197):
         scan = LaserScan(**view, ranges=np.where(np.arange(200) == beam, value, 3.0))
-        assert lone_close_hits(scan, 0.25).tolist() == [beam]
-        assert np.flatnonzero(without_lone_close_hits(scan, 0.25).lost).tolist() == [beam]
+        assert find_lone_close_hits(scan, 0.25).tolist() == [beam]
+        assert np.flatnonzero(remove_lone_close_hits(scan, 0.25).lost).tolist() == [beam]
 
 
 @pytest.mark.parametrize("bearing", np.linspace(-3.0, 3.0, 7))
@@ -105,18 +105,18 @@ def test_what_is_two_beams_wide_where_it_is_too_close_counts(bearing, gap):
     seen = cast(pole, beams=beams)
     too_close = np.where(seen.ranges < range_min, -np.inf, seen.ranges)
     scan = dataclasses.replace(seen, range_min=range_min, ranges=too_close)
-    assert np.isneginf(scan.ranges).any() and not len(lone_close_hits(scan, 0.25))
+    assert np.isneginf(scan.ranges).any() and not len(find_lone_close_hits(scan, 0.25))
     for changes in ({7: -np.inf, 8: np.nan}, {0: -np.inf}, {7: -np.inf, 9: 0.31}, {7: 0.1, 9: 0.2}):
         ranges = np.full(90, 3.0)
         ranges[list(changes)] = list(changes.values())
         scan = LaserScan(0.0, -1.0, 0.02, 0.02, 5.0, ranges, lost_beams=True)
-        assert not len(lone_close_hits(scan, 0.3))
+        assert not len(find_lone_close_hits(scan, 0.3))
 
 
 @given(seeds)
 def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
     scan = cast(scattered(np.random.default_rng(seed)))
-    kept, certain = without_outliers(scan, ORIGIN, NOTHING)
+    kept, certain = remove_outliers(scan, ORIGIN, NOTHING)
     points = np.where(scan.hits[:, None], scan.points_at(scan.distances, np.ones(360, bool), ORIGIN), np.inf)
     with np.errstate(invalid="ignore"):
         chord = np.hypot(*(points - np.roll(points, 1, axis=0)).T)
@@ -136,7 +136,7 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
     for k in range(10):
         ranges = measure(truth.ranges, lidar, seed, k)
         scan = dataclasses.replace(truth, ranges=ranges)
-        kept, certain = without_outliers(scan, ORIGIN, history)
+        kept, certain = remove_outliers(scan, ORIGIN, history)
         history = history.remembered(scan.points())
         stray = (truth.distances - scan.distances) > 0.3
         strays, survivors = strays + stray.sum(), survivors + kept.hits[stray].sum()

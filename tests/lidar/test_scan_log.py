@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.scan_log import LoggedScan, logged_scans, read_csv, read_scan_log, write_csv
+from drake_starnav.lidar.scan_log import LoggedScan, read_csv, read_scan_log, restore_scans, write_csv
 from tests.helpers.bags import Bag
 
 SHIPPED = Path(__file__).parents[2] / "scripts" / "examples" / "room_scans.csv"
@@ -21,21 +21,21 @@ def record(*ranges: float, **changes) -> tuple[np.ndarray, dict]:
 
 @pytest.mark.parametrize("low", [0.0, -1.0, math.nan, math.inf])
 def test_zero_is_no_measurement_whatever_the_least_range(low: float) -> None:
-    (seen,) = logged_scans([record(0.0, 0.02, 1.0, range_min=low)], "log")
+    (seen,) = restore_scans([record(0.0, 0.02, 1.0, range_min=low)], "log")
     assert seen.scan.lost.tolist() == [True, False, False] and seen.scan.range_min == 0.0
 
 
 @pytest.mark.parametrize("high", [math.inf, math.nan, 0.0, -1.0, 0.125])
 def test_a_largest_range_that_is_not_known_is_the_longest_of_the_log(high: float) -> None:
     records = [record(1.0, math.inf, 2.0, range_max=high), record(3.0, math.inf, 2.0, range_max=high)]
-    for seen in logged_scans(records, "log"):
+    for seen in restore_scans(records, "log"):
         assert seen.scan.hits.tolist() == [True, False, True]
         assert seen.scan.distances[1] == seen.scan.range_max == pytest.approx(3.0)
 
 
 def test_without_any_range_the_largest_cannot_be_told() -> None:
     with pytest.raises(StarnavError, match=r"^log: range_max is inf with range_min 0\.125, and no range is longer"):
-        logged_scans([record(math.inf, math.inf, math.inf, range_max=math.inf)], "log")
+        restore_scans([record(math.inf, math.inf, math.inf, range_max=math.inf)], "log")
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_without_any_range_the_largest_cannot_be_told() -> None:
     ],
 )
 def test_a_mask_loses_the_beams_of_its_sectors(sectors: list[tuple[float, float]], lost: list[int]) -> None:
-    (seen,) = logged_scans([record(*np.ones(9))], "log", sectors)
+    (seen,) = restore_scans([record(*np.ones(9))], "log", sectors)
     assert np.flatnonzero(seen.scan.lost).tolist() == lost
 
 
@@ -113,4 +113,4 @@ def test_a_table_and_a_bag_of_one_scan_mean_the_same(tmp_path: Path) -> None:
 
 def test_a_record_that_is_no_scan_is_named_by_its_time() -> None:
     with pytest.raises(StarnavError, match=r"^log, at 1\.000 s: laser scan: angle_increment 4 over 3 beams"):
-        logged_scans([record(1.0, 1.0, 1.0, angle_increment=4.0)], "log")
+        restore_scans([record(1.0, 1.0, 1.0, angle_increment=4.0)], "log")

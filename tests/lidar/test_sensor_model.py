@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters, arrives, measure, scan_index
+from drake_starnav.lidar.sensor_model import LidarParameters, arrives, find_scan_index, measure
 
 EXACT = LidarParameters(noise=0.0)
 
@@ -110,8 +110,8 @@ def test_whole_scans_are_lost_by_chance_and_while_the_sensor_is_silent():
 def test_scans_are_numbered_by_time():
     rate = 30.0
     period = 1.0 / rate
-    assert [scan_index(k * period, rate) for k in range(1000)] == list(range(1000))
-    assert scan_index(0.9 * period, rate) == 0
+    assert [find_scan_index(k * period, rate) for k in range(1000)] == list(range(1000))
+    assert find_scan_index(0.9 * period, rate) == 0
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.odometry_check import KEPT_STEPS, OdometryCheck
@@ -23,11 +23,11 @@ def checked(share, turning=1.0, lidar=None, mount=ON_AXIS, world=ROOM, curve=0.6
     lidar = lidar or LidarParameters(rate=10.0)
     shapes, check, pose, counted = visible_shapes(world), OdometryCheck(), np.zeros(3), np.zeros(3)
     for k in range(60):
-        true = composed(pose, (mount.x, mount.y, mount.yaw))
+        true = compose_poses(pose, (mount.x, mount.y, mount.yaw))
         scan = replace(scan_from(shapes, true, lidar, 0, k), time=PERIOD * k)
         check = check.with_scan(scan, counted, OdometryError(0.0, 0.0, lidar.noise), mount)
         step = np.array((0.5, 0.0, curve * math.sin(0.1 * k))) * PERIOD
-        pose, counted = composed(pose, step), composed(counted, step * (share, share, turning))
+        pose, counted = compose_poses(pose, step), compose_poses(counted, step * (share, share, turning))
     return check
 
 

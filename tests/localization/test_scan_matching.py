@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.geometry.se2 import composed, inverse, now_in, placed
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame, invert_pose, transform_points
 from drake_starnav.localization.scan_matching import (
     Keyframe,
     OdometryError,
@@ -65,7 +65,7 @@ def test_aligned_points_return_the_pose(seed):
     pose = np.array((*rng.uniform(-0.15, 0.15, 2), rng.uniform(-0.1, 0.1)))
     points = cast(world, pose).points()
     guess = pose + np.array((*rng.uniform(-0.1, 0.1, 2), rng.uniform(-0.05, 0.05)))
-    off = now_in(pose, found(cast(world), points, guess, 0.1)[0])
+    off = find_pose_in_frame(pose, found(cast(world), points, guess, 0.1)[0])
     assert math.hypot(*off[:2]) < 0.01 and abs(off[2]) < math.radians(0.5)
 
 
@@ -91,7 +91,7 @@ def test_certain_guess_is_kept() -> None:
     assert found(scan, points, guess, 1e-9)[0] == pytest.approx(guess, abs=1e-6)
     right = found(scan, points, guess, 0.1)
     assert right[0] == pytest.approx(pose, abs=2e-3) and right[1] > 0.95 * len(points)
-    elsewhere = placed(inverse(pose), np.array([(x, 0.1 * x) for x in np.linspace(-1.5, 1.5, 50)]))
+    elsewhere = transform_points(invert_pose(pose), np.array([(x, 0.1 * x) for x in np.linspace(-1.5, 1.5, 50)]))
     assert found(scan, elsewhere, pose, 0.1)[1] == 0
 
 
@@ -138,7 +138,7 @@ def test_drift_is_corrected_to_a_tenth(seed):
     error = OdometryError(0.05, 0.0, NOISE)
     poses = circling(3, radius=0.25, step=0.025)
     known, believed = driven(scattered(np.random.default_rng(seed)), poses, error, seed)
-    off, odometry = now_in(poses[-1], known.corrected(believed)), now_in(poses[-1], believed)
+    off, odometry = find_pose_in_frame(poses[-1], known.corrected(believed)), find_pose_in_frame(poses[-1], believed)
     assert abs(odometry[2]) > math.radians(45.0)
     assert abs(off[2]) < 0.1 * abs(odometry[2])
     assert math.hypot(*off[:2]) < 0.03
@@ -150,7 +150,7 @@ def test_errors_do_not_add_up_where_the_robot_comes_back():
     for times in (1, 4):
         poses = to_and_fro(3.0, times)
         known, believed = driven(ROOM, poses, error, 3)
-        errors.append(now_in(poses[-1], known.corrected(believed)))
+        errors.append(find_pose_in_frame(poses[-1], known.corrected(believed)))
     assert max(math.hypot(*e[:2]) for e in errors) < 0.03
     assert max(abs(e[2]) for e in errors) < math.radians(0.6)
     assert len(known.keyframes) < 15
@@ -167,15 +167,15 @@ def test_a_jump_is_taken_back(offset):
 def test_lost_beams_cost_little():
     error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
     known, believed = driven(ROOM, poses, error, 2, lost=0.3)
-    assert math.hypot(*now_in(poses[-1], known.corrected(believed))[:2]) < 0.03
+    assert math.hypot(*find_pose_in_frame(poses[-1], known.corrected(believed))[:2]) < 0.03
 
 
 def test_a_lidar_that_looks_ahead_only_corrects_as_well():
     ahead = {"beams": 241, "angle_min": -2.0 * math.pi / 3.0, "angle_increment": math.pi / 180.0}
     error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
     known, believed = driven(ROOM, poses, error, 6, **ahead)
-    assert abs(now_in(poses[-1], believed)[2]) > math.radians(30.0)
-    off = now_in(poses[-1], known.corrected(believed))
+    assert abs(find_pose_in_frame(poses[-1], believed)[2]) > math.radians(30.0)
+    off = find_pose_in_frame(poses[-1], known.corrected(believed))
     assert math.hypot(*off[:2]) < 0.05 and abs(off[2]) < math.radians(1.0)
 
 
@@ -187,7 +187,7 @@ def test_along_a_bare_corridor_the_odometry_is_believed(drift, jump, back):
     x = np.append(x, x[::-1]) if back else x
     poses = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
     known, believed = driven(CORRIDOR, poses, error, 4)
-    off = now_in(poses[-1], known.corrected(believed))
+    off = find_pose_in_frame(poses[-1], known.corrected(believed))
     assert abs(off[0]) <= drift * 6.0 * (2.0 if back else 1.0) + 0.01  # no worse than the odometry may be
     assert abs(off[1]) < 0.02 and abs(off[2]) < math.radians(0.5)  # and what walls tell is taken
 
@@ -247,7 +247,7 @@ def test_a_declared_jump_is_only_reckoned_with_at_the_step_that_jumps(jumps):
 def test_on_return_the_older_part_of_the_map_is_trusted():
     """The newer keyframe, and so the odometry as corrected by it, is 8 cm and 2 degrees off."""
     off, first, second = np.array((0.08, 0.0, 0.035)), np.zeros(3), np.array((0.6, 0.0, 0.0))
-    wrong = composed(off, second)
+    wrong = compose_poses(off, second)
     error = OdometryError(0.0, 0.0, NOISE)
     travels = Travel(first), Travel(second)
     frames = [Keyframe.of(cast(ROOM, t.pose), pose, t, error) for t, pose in zip(travels, (first, wrong), strict=True)]
@@ -255,7 +255,7 @@ def test_on_return_the_older_part_of_the_map_is_trusted():
     now = np.array((0.3, 0.0, 0.2))
     known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
     assert known.last == 0
-    assert now_in(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+    assert find_pose_in_frame(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.1, 3.1))
@@ -267,9 +267,9 @@ def test_where_the_frame_of_the_odometry_lies_does_not_matter(x, y, yaw):
     for k, pose in enumerate(poses):
         scan = dataclasses.replace(cast(ROOM, pose), time=0.05 * k)
         here = matched(here, scan, pose, error)
-        elsewhere = matched(elsewhere, scan, composed(frame, pose), error)
-    found = now_in(frame, elsewhere.corrected(composed(frame, poses[-1])))
-    assert found == pytest.approx(now_in(np.zeros(3), here.corrected(poses[-1])), abs=1e-3)
+        elsewhere = matched(elsewhere, scan, compose_poses(frame, pose), error)
+    found = find_pose_in_frame(frame, elsewhere.corrected(compose_poses(frame, poses[-1])))
+    assert found == pytest.approx(find_pose_in_frame(np.zeros(3), here.corrected(poses[-1])), abs=1e-3)
 
 
 @given(seeds, st.floats(0.0, 0.2), st.integers(0, 20))
@@ -282,11 +282,11 @@ def test_travel_allows_what_the_odometry_may_hide_and_no_more(seed, drift, since
     for before, pose in itertools.pairwise(poses):
         believed = drifted(believed, before, pose, drift, seed)
         travels.append(travels[-1].extended(believed, 1.05 * drift / (1.0 - drift), 0.0))
-    step, last, earlier = now_in(poses[since], poses[-1]), travels[-1], travels[since]
+    step, last, earlier = find_pose_in_frame(poses[since], poses[-1]), travels[-1], travels[since]
     assert last.allows(earlier, step, slack)
     turn = 2.0 * (last.turn - earlier.turn + slack[2])
     shift = 2.0 * (last.shift - earlier.shift + last.way * turn + slack[0])
-    assert not last.allows(earlier, composed(step, (0.0, 0.0, turn)), slack)
+    assert not last.allows(earlier, compose_poses(step, (0.0, 0.0, turn)), slack)
     assert not last.allows(earlier, np.add(step, (shift, 0.0, 0.0)), slack)
 
 
@@ -301,4 +301,4 @@ def test_an_older_part_that_the_odometry_rules_out_is_not_returned_to(turned):
     now = np.array((0.3, 0.0, 0.2))
     known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
     assert known.last == 1
-    assert now_in(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+    assert find_pose_in_frame(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)

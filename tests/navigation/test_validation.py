@@ -7,7 +7,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
-from drake_starnav.navigation.validation import check_interface, check_start, validated_margins
+from drake_starnav.navigation.validation import check_and_derive_margins, check_interface, check_start
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -36,16 +36,16 @@ def test_the_lidar_sees_what_moves_before_it_meets_the_robot(changes, blind) -> 
     scenario = load_scenario("room", overrides=common)
     blind += 1.0 / scenario.controller.rate + scenario.simulation.time_step
     needed = scenario.robot.radius + derive_margins(scenario).preferred + 0.8 * blind + 0.32 + 0.6 * (blind + 0.8)
-    validated_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
+    check_and_derive_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed + 1e-6}"]))
     with pytest.raises(StarnavError, match=f"allowed: at least {needed:.3g} m"):
-        validated_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
+        check_and_derive_margins(load_scenario("room", overrides=[*common, f"lidar.range_max={needed - 1e-6}"]))
 
 
 def test_a_masked_sector_is_a_gap_between_two_beams() -> None:
     masked = [load_scenario("room", overrides=[f"lidar.mask=[[1.0, {last}]]"]) for last in (1.05, 1.5)]
-    assert validated_margins(masked[0]).safety > validated_margins(load_scenario("room")).safety
+    assert check_and_derive_margins(masked[0]).safety > check_and_derive_margins(load_scenario("room")).safety
     with pytest.raises(StarnavError, match=r"lidar\.mask is \[\[1\.0, 1\.5\]\]: at .*, or angle_min and angle_max"):
-        validated_margins(masked[1])
+        check_and_derive_margins(masked[1])
 
 
 @pytest.mark.parametrize(("larger", "fits"), [(0.5 * TOLERANCE, True), (2.0 * TOLERANCE, False)])
@@ -65,9 +65,9 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
     scenario = load_scenario("room", overrides=changes)
     if fits:
         with pytest.raises(StarnavError, match=f"lidar.beams is {beams}: at [0-9.]+ m, .* at most robot.radius"):
-            validated_margins(scenario)
+            check_and_derive_margins(scenario)
     else:
-        validated_margins(scenario)
+        check_and_derive_margins(scenario)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
 def test_what_a_base_does_not_have_is_refused(override: str, reason: str) -> None:
     scenario = load_scenario("forest", overrides=["robot.model=omnibot", override])
     with pytest.raises(StarnavError, match=reason):
-        validated_margins(scenario)
+        check_and_derive_margins(scenario)
 
 
 CAR = ["robot.model=carbot", "robot.footprint=[[0.48, 0.15], [-0.12, 0.15], [-0.12, -0.15], [0.48, -0.15]]"]
@@ -93,22 +93,22 @@ def test_cars_of_circles_tighter_than_the_rollout_is_proved_for_are_refused(leng
     body = f"robot.footprint=[[{x}, 0.15], [{-x}, 0.15], [{-x}, -0.15], [{x}, -0.15]]"
     slow = ["robot.max_yaw_rate=2", "robot.max_speed=0.2", "robot.max_yaw_acceleration=0.5"]
     common = [CAR[0], body, *slow]
-    validated_margins(load_scenario("room", overrides=[*common, f"robot.least_radius={least + 1e-9}"]))
+    check_and_derive_margins(load_scenario("room", overrides=[*common, f"robot.least_radius={least + 1e-9}"]))
     with pytest.raises(StarnavError, match=rf"robot.least_radius is {least - 1e-3:.3g} m.*at least {least:.3g} m"):
-        validated_margins(load_scenario("room", overrides=[*common, f"robot.least_radius={least - 1e-3}"]))
+        check_and_derive_margins(load_scenario("room", overrides=[*common, f"robot.least_radius={least - 1e-3}"]))
 
 
 def test_a_car_whose_turning_rate_keeps_it_on_wider_circles_may_steer_further() -> None:
-    validated_margins(load_scenario("room", overrides=[*CAR, "robot.least_radius=0.1"]))
+    check_and_derive_margins(load_scenario("room", overrides=[*CAR, "robot.least_radius=0.1"]))
 
 
 @pytest.mark.parametrize("changes, most", [([], 6.4), (["robot.max_yaw_rate=1"], 4.0), (["robot.max_speed=0.4"], 3.2)])
 def test_cars_that_steer_quicker_from_lock_to_lock_than_the_rollout_is_proved_for_are_refused(changes, most) -> None:
     """In less than 0.5 s: at full speed that changes the turning rate by twice the largest one."""
     common = [*CAR, *changes]
-    validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most - 1e-9}"]))
+    check_and_derive_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most - 1e-9}"]))
     with pytest.raises(StarnavError, match=rf"robot.max_yaw_acceleration is {most + 0.1:.3g} .*at most {most:.3g} "):
-        validated_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most + 0.1}"]))
+        check_and_derive_margins(load_scenario("room", overrides=[*common, f"robot.max_yaw_acceleration={most + 0.1}"]))
 
 
 @pytest.mark.parametrize(
@@ -119,10 +119,10 @@ def test_a_tolerance_within_which_the_robot_does_not_come_is_refused(radius, tol
     changes = [f"robot.radius={radius}", f"simulation.goal_tolerance={tolerance}", f"localization.jump={jump}"]
     scenario = load_scenario("room", overrides=changes)
     if not least:
-        validated_margins(scenario)
+        check_and_derive_margins(scenario)
         return
     with pytest.raises(StarnavError, match=f"goal_tolerance is {tolerance:g} m; allowed: more than {least} m"):
-        validated_margins(scenario)
+        check_and_derive_margins(scenario)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_nothing_stands_unseen_in_the_disc_in_which_a_robot_begins(post, overrid
     limited = ["lidar.beams=181", f"lidar.angle_min={-half}", f"lidar.angle_max={half}"] if view == "180" else []
     scenario, mounts = load_scenario("room", overrides=limited), (Mount(ahead, 0.0, 0.0, False),)
     world = World("post", (1.0, 2.0, 0.0), (5, 2), cylinders=[(1.0 + post[0], 2.0 + post[1], 0.02)])
-    margin = validated_margins(scenario, mounts).safety
+    margin = check_and_derive_margins(scenario, mounts).safety
     if not unseen:
         check_start(world, scenario, mounts, margin)
         return

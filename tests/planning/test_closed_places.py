@@ -11,7 +11,7 @@ from drake_starnav.planning.closed_places import CLOSED, NOTHING_CLOSED, SPACING
 from drake_starnav.planning.closures import add_latest_node, blocking_zones, close_path, reopen_closures
 from drake_starnav.planning.roadmap import replace_regions
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 
@@ -32,7 +32,7 @@ def keep_outs(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> Closures
 def begun(walls: Closures) -> tuple[PlannerState, PlannerInput]:
     """A state with a node in the open, and its input."""
     scan = cast(World("empty", (0.0, 0.0, 0.0), (4.0, 0.0)), np.zeros(3))
-    seen = Observation(scan_region(scan, np.zeros(3), RADIUS, MARGINS), scan, np.zeros(3))
+    seen = Observation(make_scan_region(scan, np.zeros(3), RADIUS, MARGINS), scan, np.zeros(3))
     now = PlannerInput(seen, np.zeros(2), GOAL, 0.0, PARAMETERS, MARGINS, RADIUS)
     return add_latest_node(PlannerState.initial(PARAMETERS, RADIUS, closures=walls), now), now
 

@@ -13,7 +13,7 @@ from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, close_p
 from drake_starnav.planning.manoeuvre import ManoeuvreState
 from drake_starnav.planning.state import Route
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
@@ -69,7 +69,7 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
 def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
     pose = np.array((0.0, 0.05, 2.0))
     scan = cast(DOOR, pose, beams=720)
-    seen = Observation(scan_region(scan, pose, SHAPE.cover_radius, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, SHAPE.cover_radius, MARGINS), scan, pose)
     now = PlannerInput(
         seen,
         pose[:2],
@@ -97,7 +97,7 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
     for x in (0.2, 0.9):
         world, pose[0] = wall_with_door(half), x
         scan = cast(world, pose, beams=720)
-        seen = Observation(scan_region(scan, pose, robot.cover_radius, MARGINS), scan, pose)
+        seen = Observation(make_scan_region(scan, pose, robot.cover_radius, MARGINS), scan, pose)
         goal, own = np.array(world.goal), body(world, pose, robot)
         now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.cover_radius, manoeuvre_context=own)
         after = close_path(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), goal[None], now)
@@ -237,7 +237,7 @@ def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
 def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: float = 0.01) -> PlannerInput:
     """What the planner receives at a pose, with noisy ranges."""
     scan = noisy(cast(world, pose), noise, rng)
-    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
 
 
@@ -246,7 +246,7 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
     pose = np.array((*BAFFLES.start[:2], np.arctan2(*first.route.path[0][::-1])))
     for interval, given_up in ((pause, False), (0.0, True)):  # without scans, or with scans that change nothing
         scan = dataclasses.replace(cast(BAFFLES, pose), time=pause)
-        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         now = PlannerInput(
             seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, MARGINS, RADIUS, interval=interval
         )
@@ -262,7 +262,7 @@ def waited(motion: np.ndarray | None) -> PlannerState:
     position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
     pose = np.array(VAULT.start)
     scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
-    region = scan_region(scan, pose, RADIUS, MARGINS)
+    region = make_scan_region(scan, pose, RADIUS, MARGINS)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
         seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)

@@ -1,13 +1,13 @@
 import numpy as np
 from hypothesis import given
 
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.planning.impassable import BRIDGE_SPACING, find_narrowest_gap, inflated_hits
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, observed, seeds
 
 POSE = np.array((1.0, -0.5, 0.4))
-WALL = placed(POSE, np.array([(0.5, 0.3), (4.9, 0.3), (4.9, 0.35), (0.5, 0.35)]))
+WALL = transform_points(POSE, np.array([(0.5, 0.3), (4.9, 0.3), (4.9, 0.35), (0.5, 0.35)]))
 """Seen at a grazing angle, so that its hits are far apart."""
 
 

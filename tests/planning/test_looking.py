@@ -13,7 +13,7 @@ from drake_starnav.planning.looking import LOOKS_AFTER, STILL_TURNS, sees_exit_a
 from drake_starnav.planning.monitoring import is_facing
 from drake_starnav.planning.state import Route
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from tests.helpers.scans import MARGINS, RADIUS
 
 PARAMETERS = PlannerParameters()
@@ -29,7 +29,7 @@ def inputs(time: float, unseen: tuple[float, float] | None, yaw: float = 0.0) ->
         ranges[lost], free = math.nan, np.where(lost, 0.4, 5.0)
     scan = LaserScan(time, -math.pi, 2.0 * math.pi / 720, 0.0, 5.0, ranges, lost_beams=True, free=free)
     pose = np.array((0.0, 0.0, yaw))
-    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return PlannerInput(seen, pose[:2], np.array((9.0, 0.0)), time, PARAMETERS, MARGINS, RADIUS)
 
 
@@ -98,7 +98,7 @@ def blind_behind(time: float, yaw: float) -> PlannerInput:
     half = math.radians(123.0)
     scan = LaserScan(time, -half, half / 180, 0.0, 5.0, np.full(361, math.inf))
     pose = np.array((0.0, 0.0, yaw))
-    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return PlannerInput(seen, pose[:2], np.array((9.0, 0.0)), time, PARAMETERS, MARGINS, RADIUS)
 
 

@@ -18,7 +18,7 @@ from drake_starnav.planning.manoeuvre import (
     step_manoeuvre,
 )
 from drake_starnav.robot import BASES, Base, RobotParameters
-from drake_starnav.robot.limits import wrapped_angle
+from drake_starnav.robot.limits import wrap_angle
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, observe_scan
 
@@ -171,7 +171,7 @@ def test_a_robot_that_turns_on_the_spot_finds_its_way_into_any_dock(name: str, b
         dock = np.array((0.0, 0.0, yaw, 0.03))
         poses = step_docking(ManoeuvreState(pose=start), dock, start, STUCK + 1.0, robot, PATIENCE).poses
         assert len(poses), (yaw, is_bay, start)
-        assert math.dist(poses[-1, :2], dock[:2]) < dock[3] and abs(wrapped_angle(poses[-1, 2] - yaw)) < 1e-9
+        assert math.dist(poses[-1, :2], dock[:2]) < dock[3] and abs(wrap_angle(poses[-1, 2] - yaw)) < 1e-9
         assert all(shapely.distance(covered(shape, pose[:3]), solid) > MARGIN - 0.002 for pose in poses)
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.polyline import arc_lengths
+from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import inflated_hits
@@ -19,7 +19,7 @@ from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import Progress, Route
 from drake_starnav.planning.string_pulling import LOOKAHEAD, farthest_in_sight
 from drake_starnav.surroundings import Observation, StarRegion
-from drake_starnav.surroundings.star_region import scan_region, unite_regions
+from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
 
 PARAMETERS = PlannerParameters()
@@ -28,7 +28,7 @@ PARAMETERS = PlannerParameters()
 def seen_from(world, place: np.ndarray) -> tuple[StarRegion, PlannerInput]:
     pose = np.array((*place, 0.3))
     scan = cast(world, pose)
-    region = scan_region(scan, pose, RADIUS, MARGINS)
+    region = make_scan_region(scan, pose, RADIUS, MARGINS)
     return region, PlannerInput(Observation(region, scan, pose), place, np.zeros(2), 0.0, PARAMETERS, MARGINS, RADIUS)
 
 
@@ -63,7 +63,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         hits = inflated_hits(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.route.beyond[1::2, None] - hits[None], axis=2)
         here = unite_regions([region])
-        near = state.route.beyond[: 1 + int((arc_lengths(state.route.beyond)[1:] < LOOKAHEAD * RADIUS).sum())]
+        near = state.route.beyond[: 1 + int((measure_arc_lengths(state.route.beyond)[1:] < LOOKAHEAD * RADIUS).sum())]
         ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
         way = np.vstack((state.route.path, state.route.beyond))
         way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN * RADIUS]

@@ -11,7 +11,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.monitoring import check_plan
 from drake_starnav.planning.planner import node_is_due
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view
@@ -53,7 +53,7 @@ def test_a_robot_that_cannot_move_waits_for_what_is_around_it_to_leave():
     for k in range(waited + 1):
         assert state.status is PlannerStatus.WAITING and not len(state.roadmap)
         scan = dataclasses.replace(cast(ring if k < waited else free), time=0.05 * k)
-        seen = Observation(scan_region(scan, place, RADIUS, MARGINS), scan, place)
+        seen = Observation(make_scan_region(scan, place, RADIUS, MARGINS), scan, place)
         state = plan_step(
             state, PlannerInput(seen, place[:2], np.array(free.goal), scan.time, PARAMETERS, MARGINS, RADIUS)
         )
@@ -74,7 +74,7 @@ def test_a_way_is_not_given_up_while_what_bars_it_may_stand_aside():
             scan = cast(world)
             motions = np.where(np.abs(scan.bearings) < 0.1, motion, STATIC)  # the rest is taken for a wall
             scan = dataclasses.replace(scan, time=0.1 * k, motion=motions)
-            seen = Observation(scan_region(scan, place, RADIUS, MARGINS), scan, place)
+            seen = Observation(make_scan_region(scan, place, RADIUS, MARGINS), scan, place)
             goal = np.array(world.goal)
             state = plan_step(state, PlannerInput(seen, place[:2], goal, scan.time, PARAMETERS, MARGINS, RADIUS))
         return state
@@ -102,7 +102,7 @@ def test_a_robot_that_cannot_move_turns_to_the_only_way_that_its_lidar_has_not_s
     for k in range(60):
         pose = np.array((0.0, 0.0, yaw))
         scan = dataclasses.replace(cast(world, pose, angle_min=-half, angle_increment=half / 180), time=0.05 * k)
-        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         goal = np.array(world.goal, dtype=float)
         state = plan_step(state, PlannerInput(seen, pose[:2], goal, scan.time, PARAMETERS, MARGINS, RADIUS))
         for x, y in state.guidance.path[:1].tolist():
@@ -182,7 +182,7 @@ def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
     there = dataclasses.replace(there, progress=there.progress._replace(node_position=np.array((3.0, 0.0))))
     place = np.array((0.02, 0.01))
     scan = cast(world, np.array((*place, 0.0)))
-    region = scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
+    region = make_scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
     assert not there.roadmap.regions[0].contains(place)
     seen = Observation(region, scan, np.array((*place, 0.0)))
     now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
@@ -228,7 +228,7 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
     place = np.array((1.0, 0.0))
     for walls, nodes in ((world.bounds, 1), ((-1.0, -0.6, 3.0, 0.6), 2)):
         scan = cast(dataclasses.replace(world, bounds=walls), np.array((*place, 0.0)))
-        region = scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
+        region = make_scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
         seen = Observation(region, scan, np.array((*place, 0.0)))
         now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
         assert not node_is_due(there, region, check_plan(there, region, now), is_spaced=True)
@@ -261,7 +261,7 @@ def test_a_robot_pushed_off_its_line_of_sight_gets_a_new_path():
     place = next(place for place in places if not sees_its_way_point(place, state.route.path))
     pose = np.array((*place, 0.0))
     scan = cast(BAFFLES, pose)
-    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     moved = dataclasses.replace(state, progress=state.progress._replace(node_position=place))
     after = plan_step(moved, PlannerInput(seen, place, np.array(BAFFLES.goal), 1.0, PARAMETERS, MARGINS, RADIUS))
     assert after.progress.plan_count == state.progress.plan_count + 1 and len(after.roadmap) == len(state.roadmap)
@@ -273,7 +273,7 @@ def test_a_scan_with_another_number_of_beams_than_those_before_is_refused():
     with pytest.raises(StarnavError, match="361 beams.*360 beams.*allowed: the same number"):
         for beams in (360, 360, 361):
             scan = cast(BAFFLES, pose, beams=beams)
-            seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+            seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
             state = plan_step(
                 state, PlannerInput(seen, pose[:2], np.array(BAFFLES.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
             )

@@ -17,7 +17,7 @@ from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.route import LEFT, SHIFT, _find_exit, find_frontier_point, find_route
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, in_view, noisy, seeds, wandered
@@ -38,7 +38,7 @@ def planned(before: PlannerState, world: World, place=FARTHER, noise=0.0, motion
     scan = dataclasses.replace(noisy(cast(world, pose), noise, np.random.default_rng(1)), time=place[0])
     if motion is not None:
         scan = dataclasses.replace(scan, motion=np.where(scan.hits, motion, 0).astype(np.int8))
-    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, MARGINS, RADIUS))
 
 
@@ -110,7 +110,7 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
         position, aim = after.guidance.regions.center[0], after.guidance.path[0]
         pose = np.array((*position, 0.0))
         scan = cast(BAFFLES, pose)
-        seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
         now = PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, MARGINS, RADIUS)
         if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
             continue
@@ -169,7 +169,7 @@ def state_of(roadmap: StarRoadmap) -> PlannerState:
 def moment(world: World, position: np.ndarray, goal: np.ndarray) -> PlannerInput:
     pose = np.array((*position, 0.0))
     scan = cast(world, pose)
-    seen = Observation(scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
+    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
     return PlannerInput(seen, position, goal, 0.0, PARAMETERS, MARGINS, RADIUS)
 
 

@@ -68,7 +68,7 @@ def cases(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, Actuation]:
         assume(robot.max_yaw_rate <= LONGEST_STOP * robot.max_yaw_acceleration)
     shares = draw(st.tuples(*[st.floats(-1.0, 1.0)] * (2 * count)))
     most = (limits.max_speed,) * (count - 1) + (limits.max_yaw_rate,)
-    twist, target = (robot.drive.saturated(row, limits) for row in np.array(shares).reshape(2, count) * most)
+    twist, target = (robot.drive.saturate(row, limits) for row in np.array(shares).reshape(2, count) * most)
     hold = 1.0 / draw(within(ControllerParameters, "rate", low=2.0))
     round = robot.drive.turns_on_the_spot and draw(st.booleans())
     shape = disc(size) if round else _rectangle(size, draw(st.floats(0.2, 1.0)))

@@ -21,12 +21,12 @@ from drake_starnav.robot.motion import (
     BrakingMotion,
     Pose,
     Velocity,
-    advanced,
+    advance_pose,
     body_rates,
     gripped,
-    predicted_pose,
-    ramped,
-    ramped_velocity,
+    predict_pose,
+    ramp_value,
+    ramp_velocity,
     roll_out,
     slides,
 )
@@ -45,7 +45,7 @@ def test_the_samples_lie_on_the_motion_of_a_robot_that_ramps_continuously(seed, 
     rng, robot = np.random.default_rng(seed), RobotParameters(base=base)
     most = (robot.max_speed,) * (len(robot.drive.components) - 1) + (robot.limits.max_yaw_rate,)
     shares = np.where(rng.random((2, len(most))) < 0.7, rng.uniform(-1.0, 1.0, (2, len(most))), 0.0)
-    twist, target = (robot.drive.saturated(row * most, robot.limits) for row in shares)
+    twist, target = (robot.drive.saturate(row * most, robot.limits) for row in shares)
     command, start = actuation(robot, hold, delay), rng.uniform(-3.0, 3.0, 3)
     motion = roll_out(start, twist, target, command)
     assert motion.time[[motion.commanded, motion.braking]] == pytest.approx((delay, delay + hold))
@@ -108,7 +108,7 @@ def test_no_point_of_the_footprint_goes_farther_than_the_spacing_between_samples
     rng, robot = np.random.default_rng(seed), RobotParameters(base=base, max_yaw_rate=5.0)
     limits = robot.limits._replace(max_yaw_acceleration=40.0)
     shares = rng.choice([-5.0, -0.5, 0.0, 0.5, 5.0], (2, len(robot.drive.components)))
-    twist, target = (robot.drive.saturated(row, limits) for row in shares)
+    twist, target = (robot.drive.saturate(row, limits) for row in shares)
     motion = roll_out(np.zeros(3), twist, target, Actuation(limits, LONG, 0.1, 0.0, robot.drive))
     for corner in LONG.parts[0]:
         places = motion.position + turned(np.broadcast_to(corner, motion.position.shape), motion.pose[:, 2])
@@ -117,10 +117,10 @@ def test_no_point_of_the_footprint_goes_farther_than_the_spacing_between_samples
 
 def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
     now = Velocity(0.4, 0.0, 0.0)
-    pose, after, way = advanced(Pose(1.0, 2.0, 0.0), now, Velocity(9.0, 0.0, 0.0), 0.1, ROBOT.limits)
+    pose, after, way = advance_pose(Pose(1.0, 2.0, 0.0), now, Velocity(9.0, 0.0, 0.0), 0.1, ROBOT.limits)
     assert after == pytest.approx((0.5, 0.0, 0.0))
     assert (*pose, way) == pytest.approx((1.045, 2.0, 0.0, 0.045))
-    _, after, way = advanced(Pose(0.0, 0.0, 0.0), now, Velocity(0.45, 0.0, 0.0), 0.1, ROBOT.limits)
+    _, after, way = advance_pose(Pose(0.0, 0.0, 0.0), now, Velocity(0.45, 0.0, 0.0), 0.1, ROBOT.limits)
     assert (after.ahead, way) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))  # reached in the middle of the step
 
 
@@ -128,8 +128,8 @@ def test_sideways_it_speeds_up_and_brakes_as_it_does_ahead() -> None:
     velocities = list(itertools.product((-1.0, 0.0, 1.0), repeat=2))
     for now, target in itertools.product(velocities, repeat=2):
         for one, other in zip(
-            ramped_velocity(Velocity(*now, 0.5), Velocity(*target, -0.5), 0.1, ROBOT.limits),
-            ramped_velocity(Velocity(*now[::-1], 0.5), Velocity(*target[::-1], -0.5), 0.1, ROBOT.limits),
+            ramp_velocity(Velocity(*now, 0.5), Velocity(*target, -0.5), 0.1, ROBOT.limits),
+            ramp_velocity(Velocity(*now[::-1], 0.5), Velocity(*target[::-1], -0.5), 0.1, ROBOT.limits),
             strict=True,
         ):
             assert (one.ahead, one.aside, one.turning) == pytest.approx((other.aside, other.ahead, other.turning))
@@ -145,7 +145,7 @@ def test_the_speed_of_a_velocity_is_its_size_with_the_sign_of_that_ahead() -> No
 
 def test_a_step_follows_an_arc() -> None:
     steady = Velocity(0.5, 0.0, 1.0)
-    pose, _, _ = advanced(Pose(0.0, 0.0, 0.0), steady, steady, 0.1, ROBOT.limits)
+    pose, _, _ = advance_pose(Pose(0.0, 0.0, 0.0), steady, steady, 0.1, ROBOT.limits)
     assert pose.yaw == pytest.approx(0.1)
     assert math.atan2(pose.y, pose.x) == pytest.approx(0.05)
     assert math.hypot(pose.x, pose.y) == pytest.approx(2.0 * 0.5 * math.sin(0.05), rel=1e-3)
@@ -180,7 +180,7 @@ def test_nothing_is_guaranteed_before_the_first_command() -> None:
 
 
 def test_a_value_is_ramped_to_its_target_and_no_farther() -> None:
-    assert [ramped(1.0, x, 0.5) for x in (0.0, 1.2, 9.0)] == [0.5, 1.2, 1.5]
+    assert [ramp_value(1.0, x, 0.5) for x in (0.0, 1.2, 9.0)] == [0.5, 1.2, 1.5]
 
 
 @given(st.integers(0, 10**6))
@@ -190,10 +190,10 @@ def test_a_velocity_falls_as_fast_as_the_robot_brakes_and_grows_as_fast_as_it_sp
     limits = ROBOT.limits._replace(max_acceleration=rng.uniform(0.2, 4.0), max_deceleration=rng.uniform(0.2, 4.0))
     aside = rng.uniform(-1.0, 1.0, 2) * (rng.random() < 0.5)
     now, target = (Velocity(ahead, side, 0.0) for ahead, side in zip(rng.uniform(-1.0, 1.0, 2), aside, strict=True))
-    after, mean = ramped_velocity(now, target, 0.4, limits)
+    after, mean = ramp_velocity(now, target, 0.4, limits)
     small, way = now, np.zeros(2)
     for _ in range(400):
-        before, (small, _) = small, ramped_velocity(small, target, 0.001, limits)
+        before, (small, _) = small, ramp_velocity(small, target, 0.001, limits)
         way += 0.0005 * np.add(before, small)[:2]
         gap, speed = np.subtract(target, before)[:2], np.array(before[:2])
         most = limits.max_deceleration if speed @ gap < -1e-2 * math.hypot(*gap) else limits.max_acceleration
@@ -213,7 +213,7 @@ def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
 
 def test_of_the_oldest_pending_command_only_the_rest_counts() -> None:
     pending = np.array([(1.0, 0.0, 0.0, 0.02), (0.5, 0.0, 0.0, 0.02), (0.25, 0.0, 0.0, 0.02)])
-    found = predicted_pose(np.zeros(3), pending, 0.05, ROBOT.limits)
+    found = predict_pose(np.zeros(3), pending, 0.05, ROBOT.limits)
     assert found == pytest.approx([0.01 * 1.0 + 0.02 * 0.75, 0.0, 0.0])
 
 
@@ -232,5 +232,5 @@ def test_pending_commands_lead_any_base_to_where_they_were_sent(seed, base, peri
             y += step * (ahead * math.sin(middle) + aside * math.cos(middle))
             yaw += turning * step
     pending = np.column_stack((velocities, np.full(count, period)))
-    found = predicted_pose(start, pending, (count - 1 + rest) * period, robot.limits)
+    found = predict_pose(start, pending, (count - 1 + rest) * period, robot.limits)
     assert found == pytest.approx((x, y, yaw), abs=3e-4)

@@ -7,8 +7,8 @@ import pytest
 
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.limits import aimed
+from drake_starnav.robot.base import convert_to_twist
+from drake_starnav.robot.limits import velocity_towards
 from drake_starnav.robot.motion import Actuation, roll_out
 
 ROBOT = RobotParameters(base="omnidirectional")
@@ -16,13 +16,13 @@ ROBOT = RobotParameters(base="omnidirectional")
 
 @pytest.mark.parametrize("error", [0.0, 1.0, 1.6, -2.5, math.pi])
 def test_it_drives_at_once_in_any_direction(error):
-    x, y, omega = twist_of(aimed(error, 0.5, ROBOT.limits), ROBOT.drive)
+    x, y, omega = convert_to_twist(velocity_towards(error, 0.5, ROBOT.limits), ROBOT.drive)
     assert (x, y) == pytest.approx((0.5 * math.cos(error), 0.5 * math.sin(error)))
     assert omega == pytest.approx(np.clip(2.0 * math.remainder(error, math.pi), -2.0, 2.0), abs=1e-9)
 
 
 def test_a_velocity_that_is_cut_off_keeps_its_direction():
-    x, y, omega = ROBOT.drive.saturated(np.array((3.0, 4.0, 9.0)), ROBOT.limits)
+    x, y, omega = ROBOT.drive.saturate(np.array((3.0, 4.0, 9.0)), ROBOT.limits)
     assert (x, y, omega) == pytest.approx((0.48, 0.64, 2.0))
 
 

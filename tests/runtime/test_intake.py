@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav import LaserScan, Scenario
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, segment_rows
+from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, make_segment_rows
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.intake import (
@@ -32,7 +32,7 @@ LIDAR = LidarParameters(noise=0.0)
 ONE = Declared.of(Scenario("one", None, lidar=LIDAR))
 TWO = Declared.of(Scenario("two", None, lidar=LIDAR, lidars=(LIDAR, LIDAR)))
 BOX = Shapes.of(
-    [segment_rows(np.array([(-2, -2, 3, -2), (3, -2, 3, 2.5), (3, 2.5, -2, 2.5), (-2, 2.5, -2, -2)], float))]
+    [make_segment_rows(np.array([(-2, -2, 3, -2), (3, -2, 3, 2.5), (3, 2.5, -2, 2.5), (-2, 2.5, -2, -2)], float))]
 )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from drake_starnav import StarnavError, load_scenario, parse_scenario
-from drake_starnav.geometry.se2 import composed, now_in
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.runtime import Navigator, read_log, replay
 from drake_starnav.runtime.log import LARGEST_CHUNK, RunLog, scan_message, scan_of
 from drake_starnav.runtime.loop import Reading
@@ -52,9 +52,9 @@ class Drifted(NamedTuple):
     true: np.ndarray
 
     def after(self, true) -> "Drifted":
-        ahead, aside, turned = now_in(self.true, true)
+        ahead, aside, turned = find_pose_in_frame(self.true, true)
         step = (1.0 + DRIFTS) * ahead, (1.0 + DRIFTS) * aside, turned + DRIFTS * math.hypot(ahead, aside)
-        return Drifted(np.array(composed(self.believed, step)), true.copy())
+        return Drifted(np.array(compose_poses(self.believed, step)), true.copy())
 
 
 def logged(path, scenario, kind="", seconds=3.0):

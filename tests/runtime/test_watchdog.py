@@ -13,7 +13,7 @@ import pytest
 from drake_starnav import parse_scenario
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.runtime.watchdog import DEADLINE, PERIOD, Ramp, Watched, ramp_of
-from drake_starnav.safety.shield import braking_twist, ramped_twist
+from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 
 RAMP = Ramp(1.0, 4.0)
 
@@ -115,7 +115,7 @@ def test_its_ramp_is_the_shield_s(base, braking) -> None:
     twist = np.array({"differential": (0.8, -1.5), "omnidirectional": (0.5, -0.3, 1.0), "car": (0.7, 1.2)}[base])
     mine = twist.tolist()
     for _ in range(50):
-        twist = ramped_twist(twist, braking_twist(twist, np.zeros(len(twist)), limits, False), act)
+        twist = ramp_twist(twist, make_braking_twist(twist, np.zeros(len(twist)), limits, False), act)
         mine = ramp.after(mine, PERIOD)
         if any(mine[:-1]):
             assert mine == pytest.approx(twist.tolist(), abs=1e-9)

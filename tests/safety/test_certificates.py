@@ -7,17 +7,17 @@ from hypothesis import strategies as st
 
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Motion, roll_out
-from drake_starnav.safety.certificates import accepted, standard_certificates
+from drake_starnav.safety.certificates import all_accept, make_standard_certificates
 from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.moving_certificate import MOVING_MARGIN, MovingCertificate
-from drake_starnav.safety.shield import certified_twist
+from drake_starnav.safety.shield import find_certified_twist
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.tracking.kalman_tracks import Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import add_radius
 from drake_starnav.tracking.tracker import TrackedObstacles
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from tests.helpers.motions import actuation, only_star
 from tests.helpers.scans import MARGINS, cast, observe_scan, seeds, view_of_hits
 from tests.helpers.scenes import hall
@@ -37,8 +37,8 @@ def accepts(
 ) -> bool:
     commands = actuation(ROBOT)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    asked = standard_certificates(star, margin, commands, np.zeros(2), tracked)
-    return accepted(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
+    asked = make_standard_certificates(star, margin, commands, np.zeros(2), tracked)
+    return all_accept(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
 
 
 def seen(wall: float) -> Surroundings:
@@ -50,7 +50,7 @@ def seen(wall: float) -> Surroundings:
 def of_hits(hits: np.ndarray, values: np.ndarray, reach: float) -> Surroundings:
     """Surroundings of earlier hits (n, 2), with a star by its boundary at M bearings, known up to `reach`; m."""
     views = ViewHistory.of_one_time((view_of_hits(hits, reach=reach),), ((0.0, 0.0, 0.0),), 0.0, Odometer())
-    return replaced(only_star(values), current_views=views)
+    return replace_fields(only_star(values), current_views=views)
 
 
 def test_either_certificate_may_refuse() -> None:
@@ -78,16 +78,16 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     clear = Clear(star, margin, ROBOT.shape)
     near_by = MovingCertificate.near(tracked, pose[:2], commands)
     assert near_by.distance == pytest.approx(MOVING_MARGIN * 0.25)
-    asked = standard_certificates(star, margin, commands, pose[:2], tracked)
-    assert accepted(motion, asked) == (clear.accepts(motion) and near_by.accepts(motion))
-    assert accepted(motion, standard_certificates(star, margin, commands, pose[:2])) == clear.accepts(motion)
+    asked = make_standard_certificates(star, margin, commands, pose[:2], tracked)
+    assert all_accept(motion, asked) == (clear.accepts(motion) and near_by.accepts(motion))
+    assert all_accept(motion, make_standard_certificates(star, margin, commands, pose[:2])) == clear.accepts(motion)
 
 
 @pytest.mark.parametrize(("twist", "grips"), [((0.8, 2.0), True), ((2.0, 5.0), False)])
 def test_a_motion_in_which_the_wheels_slide_is_refused_whatever_is_asked(twist: tuple[float, float], grips: bool):
     commands = actuation(RobotParameters(max_speed=2.0, max_yaw_rate=5.0))
     driven = roll_out(np.zeros(3), np.array(twist), np.array(twist), commands)
-    assert accepted(driven, ()) == grips
+    assert all_accept(driven, ()) == grips
 
 
 class Slow:
@@ -103,9 +103,9 @@ class Slow:
 
 def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_asked_about() -> None:
     slow, pose, still, desired = Slow(0.5), np.zeros(3), np.zeros(2), np.array((0.8, 0.0))
-    twist, certified = certified_twist(pose, still, desired, (slow,), actuation(ROBOT, hold=2.0))
+    twist, certified = find_certified_twist(pose, still, desired, (slow,), actuation(ROBOT, hold=2.0))
     assert certified and twist == pytest.approx((0.48, 0.0)) and slow.asked == 3
-    assert not certified_twist(pose, still, desired, (slow, Slow(0.0)), actuation(ROBOT, hold=2.0))[1]
+    assert not find_certified_twist(pose, still, desired, (slow, Slow(0.0)), actuation(ROBOT, hold=2.0))[1]
 
 
 def beside(clearance: float) -> Surroundings:

@@ -7,19 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.geometry.footprint import disc, fastest_point, footprint
+from drake_starnav.geometry.footprint import disc, find_top_speed, footprint
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.robot import BASES, Limits, RobotParameters
-from drake_starnav.robot.base import twist_of
-from drake_starnav.robot.motion import Actuation, Motion, Pose, advanced, roll_out, velocity_of
+from drake_starnav.robot.base import convert_to_twist
+from drake_starnav.robot.motion import Actuation, Motion, Pose, advance_pose, convert_to_velocity, roll_out
 from drake_starnav.safety.moving_certificate import (
     ESCAPE,
     MOVING_MARGIN,
     STANDING_SPEED,
     MovingCertificate,
-    reachable_discs,
+    find_reachable_discs,
 )
-from drake_starnav.safety.shield import braking_twist
+from drake_starnav.safety.shield import make_braking_twist
 from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.prediction import OCCLUSION_SPACING, add_radius
@@ -81,23 +81,25 @@ def test_discs_within_the_declared_speed_never_touch_a_point_of_a_robot_that_mov
     most[-1] = robot.limits.max_yaw_rate
     for k in range(200):
         if k % SCANS == 0:
-            rows, scan_time = reachable_discs(seen(centers, 0.2), OBSTACLES), k * PERIOD
+            rows, scan_time = find_reachable_discs(seen(centers, 0.2), OBSTACLES), k * PERIOD
         if k % 15 == 0:
-            desired = robot.drive.saturated(rng.uniform(-most, most) * (rng.random(len(most)) < 0.7), robot.limits)
+            desired = robot.drive.saturate(rng.uniform(-most, most) * (rng.random(len(most)) < 0.7), robot.limits)
             headings = rng.uniform(-math.pi, math.pi, len(centers))
         certificate = MovingCertificate(rows, margin, k * PERIOD - scan_time, escape)
         accepts = certificate.accepts(roll_out(pose, twist, desired, acting))
-        target = desired if accepts else braking_twist(twist, desired, robot.limits, shape.is_disc)
+        target = desired if accepts else make_braking_twist(twist, desired, robot.limits, shape.is_disc)
         for _ in range(round(PERIOD / STEP)):
-            now, moves, _ = advanced(Pose(*pose), velocity_of(twist), velocity_of(target), STEP, robot.limits)
-            pose, twist = np.array(now), twist_of(moves, robot.drive)
+            now, moves, _ = advance_pose(
+                Pose(*pose), convert_to_velocity(twist), convert_to_velocity(target), STEP, robot.limits
+            )
+            pose, twist = np.array(now), convert_to_twist(moves, robot.drive)
             aim = np.arctan2(*(pose[:2] - centers).T[::-1]) if hunters else headings
             centers = centers + STEP * OBSTACLES.max_speed * np.column_stack((np.cos(aim), np.sin(aim)))
             if np.hypot(*(centers - pose[:2]).T).min(initial=math.inf) > 0.2 + shape.radius:
                 continue
             discs = MovingObstacles([0.2] * len(centers), tuple(np.array([(0, *c), (1, *c)]) for c in centers))
             if moving_obstacle_clearance(discs, pose[None], np.zeros(1), shape)[0] < 0.0:
-                assert fastest_point(*robot.drive.body_rates(twist), shape.lever) <= STANDING_SPEED
+                assert find_top_speed(*robot.drive.body_rates(twist), shape.lever) <= STANDING_SPEED
                 return  # it was struck while it stood
 
 
@@ -113,7 +115,7 @@ def test_obstacles_that_brake_in_time_never_meet_a_robot_that_leaves_them_room(s
     speeds = np.full(len(centers), obstacles.max_speed)
     for k in range(300):
         if k % SCANS == 0:
-            rows, scan_time = reachable_discs(seen(centers, 0.2), obstacles), k * PERIOD
+            rows, scan_time = find_reachable_discs(seen(centers, 0.2), obstacles), k * PERIOD
         if k % 15 == 0:  # a reckless driver
             desired = rng.uniform((-0.8, -2.0), (0.8, 2.0))
         certificate = MovingCertificate(rows, MARGIN, k * PERIOD - scan_time)
@@ -133,8 +135,8 @@ def test_obstacles_that_brake_in_time_never_meet_a_robot_that_leaves_them_room(s
 def test_the_room_to_brake_is_that_of_the_fastest_obstacle() -> None:
     tracks, still = seen(np.array([[1.0, 0.0]]), 0.2), np.zeros(2)
     obstacles = DynamicObstacleParameters(max_speed=0.8, deceleration=2.0)
-    without = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8))
-    discs = reachable_discs(tracks, obstacles)
+    without = find_reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8))
+    discs = find_reachable_discs(tracks, obstacles)
     assert obstacles.stopping_distance == pytest.approx(0.16)
     np.testing.assert_allclose(discs - without, [[0.0, 0.0, 0.0, 0.0, 0.0, 0.16]] * len(discs))
     creep, room = np.array((0.05, 0.0)), 0.8 - RADIUS
@@ -150,7 +152,7 @@ def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, des
     twist = np.array((rng.uniform(0.0, 0.8), 0.0))
 
     def certified(speed: float, age: float) -> bool:
-        rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
+        rows = find_reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
         return stays_clear(np.zeros(3), twist, np.array(desired), MovingCertificate(rows, 0.0, age))
 
     if not certified(0.4, 0.0):
@@ -238,7 +240,7 @@ def test_what_is_not_near_could_not_have_come_near(seed) -> None:
     for spare in (-1e-3, 1e-3):  # a hit ahead that just comes too near, or just does not
         hit = place + (9.0 - needed.min() + RADIUS + MARGIN_M + spare) * ahead
         tracks = Tracks(time=0.0, hits=add_radius(hit[None], 0.0), hit_track=np.array([-1]))
-        everything = MovingCertificate(reachable_discs(tracks, obstacles), MARGIN_M, age, ESCAPE_M)
+        everything = MovingCertificate(find_reachable_discs(tracks, obstacles), MARGIN_M, age, ESCAPE_M)
         near_by = MovingCertificate.near(TrackedObstacles(tracks, age, obstacles), place, acting)
         assert near_by.accepts(driven) == everything.accepts(driven)
         assert near_by.age == age
@@ -286,12 +288,12 @@ def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepte
 
 
 def test_where_nothing_may_come_near_any_motion_is_accepted() -> None:
-    nothing = MovingCertificate(reachable_discs(Tracks(time=0.0), OBSTACLES), 0.0, 0.0)
+    nothing = MovingCertificate(find_reachable_discs(Tracks(time=0.0), OBSTACLES), 0.0, 0.0)
     assert stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 1.0)), nothing)
 
 
 def test_standing_and_turning_is_always_certified() -> None:
-    rows = reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
+    rows = find_reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
     turning = np.array((0.0, 1.0))
     beside = MovingCertificate(rows, 0.0, 0.0)
     assert stays_clear(np.zeros(3), np.zeros(2), turning, beside)
@@ -314,7 +316,7 @@ def test_tracks_are_trusted_as_far_as_caution_leaves_and_they_are_known_for_long
         hit_track=np.array([-1, 1, 2]),
     )
     assert tracks.is_confirmed.all()
-    rows = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution))
+    rows = find_reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution))
     trusted, cautious = 1.0 - caution, 0.8 * caution
     expected = [
         (2.0, 2.0, 0.0, 0.0, 0.8, 0.0),
@@ -325,7 +327,9 @@ def test_tracks_are_trusted_as_far_as_caution_leaves_and_they_are_known_for_long
     np.testing.assert_allclose(rows, expected)
     edges = np.hypot(*rows[:, :2].T) - rows[:, 5]
     for reach in (0.75, 0.85, 3.0, 9.0):
-        near = reachable_discs(tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution), np.zeros(2), reach)
+        near = find_reachable_discs(
+            tracks, DynamicObstacleParameters(max_speed=0.8, caution=caution), np.zeros(2), reach
+        )
         np.testing.assert_array_equal(near, rows[edges < reach])
 
 
@@ -333,7 +337,7 @@ def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
     tracks = Tracks(
         time=0.0, possible_starters=np.array([(1.0, 0.0, 0.0)]), occlusion_discs=np.array([(3.0, 1.0, 0.075)])
     )
-    stands, hides = reachable_discs(tracks, OBSTACLES)
+    stands, hides = find_reachable_discs(tracks, OBSTACLES)
     np.testing.assert_allclose(stands, (1.0, 0.0, 0.0, 0.0, 0.8, 0.0))
     np.testing.assert_allclose(hides, (3.0, 1.0, 0.0, 0.0, 0.8, 0.5 * OCCLUSION_SPACING))
 
@@ -343,14 +347,14 @@ def test_what_stands_may_start_and_what_is_hidden_may_come_out() -> None:
 def test_a_robot_may_make_way_to_what_creeps_near_to_it(gap: float, way: tuple[float, float], accepted: bool) -> None:
     """Away from it, where the full margin is used up, but not towards it."""
     slow = DynamicObstacleParameters(max_speed=0.05, caution=1.0)
-    rows = reachable_discs(seen(np.array([[RADIUS + gap + 0.3, 0.0]]), 0.3), slow)
+    rows = find_reachable_discs(seen(np.array([[RADIUS + gap + 0.3, 0.0]]), 0.3), slow)
     certificate = MovingCertificate(rows, MARGIN_M, 0.05, ESCAPE_M)
     assert stays_clear(np.zeros(3), np.zeros(2), np.array(way), certificate) == accepted
 
 
 def test_a_robot_that_creeps_does_not_count_as_standing() -> None:
     """Its body does not follow a command exactly, and may be faster than a monitor takes for standing."""
-    near_by = reachable_discs(seen(np.array([(RADIUS + 0.2 + MARGIN + 0.001, 0.0)]), 0.2), OBSTACLES)
+    near_by = find_reachable_discs(seen(np.array([(RADIUS + 0.2 + MARGIN + 0.001, 0.0)]), 0.2), OBSTACLES)
     creeping = np.array((0.6 * STANDING, 0.0))
     keeps = MovingCertificate(near_by, MARGIN, 0.0)
     assert not stays_clear(np.zeros(3), creeping, creeping, keeps)

@@ -12,7 +12,7 @@ from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear
-from drake_starnav.safety.shield import certified_twist, ramped_twist, shield_twist
+from drake_starnav.safety.shield import find_certified_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.surroundings import Surroundings
 from tests.helpers.motions import PERIOD, actuation, limited_twist, only_star, starred_twist
 
@@ -26,7 +26,7 @@ def driven(desired, star: Surroundings, periods: int = 200) -> tuple[np.ndarray,
     for _ in range(periods):
         *target, accepted = starred_twist(pose, twist, np.array(desired), PERIOD, ROBOT.limits, star)
         certified.append(accepted)
-        after = np.array(ramped_twist(twist, target, actuation(ROBOT)))
+        after = np.array(ramp_twist(twist, target, actuation(ROBOT)))
         v, omega = 0.5 * (twist + after)
         middle = pose[2] + 0.5 * omega * PERIOD
         pose = pose + PERIOD * np.array((v * np.cos(middle), v * np.sin(middle), omega))
@@ -81,11 +81,11 @@ def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_on
     rng, size, ordinary, sliding = np.random.default_rng(1), len(robot.drive.components), 0, 0
     for _ in range(200):
         pose = np.array((edge - rng.uniform(0.0, 1.0 / braking), 0.0, 0.5 * rng.random()))
-        twist, desired = (robot.drive.saturated(rng.uniform(-2.5, 2.5, size), robot.limits) for _ in range(2))
-        target, certified = certified_twist(pose, twist, desired, (star,), now)
+        twist, desired = (robot.drive.saturate(rng.uniform(-2.5, 2.5, size), robot.limits) for _ in range(2))
+        target, certified = find_certified_twist(pose, twist, desired, (star,), now)
         driven, accepted = shield_twist(pose, twist, desired, (star,), now)
         assert accepted == certified
-        np.testing.assert_array_equal(driven, ramped_twist(twist, target, now))
+        np.testing.assert_array_equal(driven, ramp_twist(twist, target, now))
         assert not shield_twist(pose, twist, desired, (star, REFUSING), now)[1]
         assert not shield_twist(pose, twist, desired, (REFUSING,), now)[1]
         ordinary += certified and (target == desired).all()
@@ -100,24 +100,24 @@ def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_on
 def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(braking, distance, turns) -> None:
     robot = dataclasses.replace(ROBOT, max_deceleration=braking)
     twist, desired = np.array((math.sqrt(2.0 * braking * distance), 0.0)), np.array((0.5, 1.5))
-    target, certified = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(robot))
+    target, certified = find_certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(robot))
     assert not certified
     assert tuple(target) == (0.0, 1.5 if turns else 0.0)
     square = dataclasses.replace(robot, footprint=[[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
-    target, _ = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(square))
+    target, _ = find_certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(square))
     assert tuple(target) == (0.0, 0.0)  # its corners would cover new ground
     sideways = dataclasses.replace(robot, base="omnidirectional")
     twist, desired = np.array((0.0, twist[0], 0.0)), np.array((0.5, 0.5, 1.5))
-    target, _ = certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(sideways))
+    target, _ = find_certified_twist(np.zeros(3), twist, desired, (REFUSING,), actuation(sideways))
     assert tuple(target) == (0.0, 0.0, 1.5 if turns else 0.0)
     steering, steered = dataclasses.replace(robot, base="car"), np.array((0.0, 0.7))
-    target, _ = certified_twist(np.zeros(3), steered, desired[1:], (REFUSING,), actuation(steering))
+    target, _ = find_certified_twist(np.zeros(3), steered, desired[1:], (REFUSING,), actuation(steering))
     assert tuple(target) == (0.0, 0.7)
 
 
 def test_a_robot_that_drives_in_any_direction_changes_its_velocity_along_a_straight_line() -> None:
     robot = dataclasses.replace(ROBOT, base="omnidirectional", max_acceleration=1.0, max_yaw_acceleration=4.0)
-    twist = ramped_twist((0.3, -0.4, 0.5), (0.0, 0.0, 0.0), actuation(robot, hold=0.1))
+    twist = ramp_twist((0.3, -0.4, 0.5), (0.0, 0.0, 0.0), actuation(robot, hold=0.1))
     np.testing.assert_allclose(twist, (0.24, -0.32, 0.1))
 
 

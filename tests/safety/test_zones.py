@@ -9,8 +9,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.polyline import signed_distance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.safety.certificates import accepted
-from drake_starnav.safety.shield import certified_twist, ramped_twist
+from drake_starnav.safety.certificates import all_accept
+from drake_starnav.safety.shield import find_certified_twist, ramp_twist
 from drake_starnav.safety.zones import KeepOut, SpeedZone
 from tests.helpers.motions import PERIOD, actuation
 from tests.helpers.scans import seeds
@@ -42,8 +42,8 @@ def driven(certificate, seed: int, speed: float = 0.8) -> tuple[np.ndarray, np.n
     for k in range(400):
         if k % 25 == 0:
             omega = rng.uniform(-1.0, 1.0)
-        target, _ = certified_twist(pose, twist, np.array((speed, omega)), (certificate,), commands)
-        after = np.array(ramped_twist(twist, target, commands))
+        target, _ = find_certified_twist(pose, twist, np.array((speed, omega)), (certificate,), commands)
+        after = np.array(ramp_twist(twist, target, commands))
         v, turn = 0.5 * (twist + after)
         middle = pose[2] + 0.5 * turn * PERIOD
         pose = pose + PERIOD * np.array((v * np.cos(middle), v * np.sin(middle), turn))
@@ -73,7 +73,7 @@ def test_a_reckless_driver_is_slow_in_the_zone(seed, limit) -> None:
 def test_one_that_is_too_near_already_may_only_go_away() -> None:
     near, still = np.array((0.9, 0.0, 0.0)), np.zeros(2)
     for target, passes in ((np.array((0.3, 0.0)), False), (np.array((-0.3, 0.0)), True)):
-        assert accepted(roll_out(near, still, target, actuation(ROBOT)), (KeepOut(SQUARE),)) == passes
+        assert all_accept(roll_out(near, still, target, actuation(ROBOT)), (KeepOut(SQUARE),)) == passes
 
 
 @pytest.mark.parametrize(

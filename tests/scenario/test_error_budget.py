@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.motion import predicted_pose, velocity_of
+from drake_starnav.robot.motion import convert_to_velocity, predict_pose
 from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
@@ -152,11 +152,11 @@ def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.nda
     command.FixValue(context, twist)
     for k in range(600):
         if rng.random() < 0.03:
-            wanted = robot.drive.saturated(rng.uniform(least, most), robot.limits)
+            wanted = robot.drive.saturate(rng.uniform(least, most), robot.limits)
         simulator.AdvanceTo(k * period)
         poses.append(station.GetOutputPort("localization.pose").Eval(context).copy())
-        pending = np.array([(*velocity_of(each), period) for each in sent])
-        expected.append(predicted_pose(poses[-1], pending, delay, robot.limits))
+        pending = np.array([(*convert_to_velocity(each), period) for each in sent])
+        expected.append(predict_pose(poses[-1], pending, delay, robot.limits))
         twist = limited_twist(twist, wanted, robot, period)
         command.FixValue(context, twist)
         sent = [*sent[1:], twist]
@@ -181,7 +181,7 @@ def test_the_slip_s_part_bounds_the_sideways_deviation_of_late_braking(delay):
     robot, slip, step = RobotParameters(), 0.05, 1e-3
     pose, v, late = np.zeros(3), robot.max_speed, delay + 1.0 / RATE
     while v > 0.0:
-        pose = composed(pose, (v * step, 0.0, slip * v / robot.radius * step))
+        pose = compose_poses(pose, (v * step, 0.0, slip * v / robot.radius * step))
         late -= step
         v -= robot.max_acceleration * step if late < 0.0 else 0.0
     drive = DriveParameters(slip=slip, delay=delay)
@@ -244,7 +244,7 @@ def test_the_slip_s_part_bounds_how_far_the_robot_gets_by_turning_round_on_the_s
     pose, away = np.zeros(3), 0.0
     while pose[2] < math.pi:
         left, right = -speed, speed * (1.0 - slip)
-        pose = composed(pose, (0.5 * (left + right) * step, 0.0, 0.0))
+        pose = compose_poses(pose, (0.5 * (left + right) * step, 0.0, 0.0))
         pose[2] += (right - left) / (2.0 * half_track) * step
         away = max(away, float(np.hypot(*pose[:2])))
     bound = margin_of(drive=DriveParameters(slip=slip))

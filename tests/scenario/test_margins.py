@@ -13,7 +13,7 @@ from drake_starnav.scenario.error_budget import error_budget
 from drake_starnav.scenario.margins import LARGEST_MARGIN, derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.erosion import smooth_distances
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 
@@ -124,7 +124,7 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
         return
     smoothing = margins.smoothing_slack, margins.smoothed_beams
     for scan in wedge_scans(angle, RADIUS + margins.safety, lidar):
-        lost = smoothed_distances(scan, *smoothing).min() - scan.distances.min()
+        lost = smooth_distances(scan, *smoothing).min() - scan.distances.min()
         assert lost < margins.safety
 
 

@@ -14,7 +14,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.navigation import make_diagram
@@ -119,7 +119,9 @@ def test_hits_of_a_lidar_lie_on_the_obstacles(model: str, frame: str) -> None:
     simulator.Initialize()
     context, (mount,) = simulator.get_context(), station.robot_interface.mounts
     scan = station.GetOutputPort("lidar.scan").Eval(context)
-    points = unturned(scan, mount).points(mount.unturned(station.GetOutputPort("localization.scan_pose").Eval(context)))
+    points = align_with_robot(scan, mount).points(
+        mount.unturned(station.GetOutputPort("localization.scan_pose").Eval(context))
+    )
     away = [np.abs(np.hypot(*(points - place[:2]).T) - place[2]) for place in OPEN.cylinders]
     assert len(points) > 50 and np.min(away, axis=0).max() < 1e-3
 

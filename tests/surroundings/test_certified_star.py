@@ -9,16 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.geometry.se2 import placed
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
-from drake_starnav.surroundings.erosion import smoothed_distances
+from drake_starnav.surroundings.erosion import smooth_distances
 from drake_starnav.surroundings.recent_hits import RECENT_SCANS, Hits
 from drake_starnav.surroundings.surroundings import NEAR_HITS, Surroundings, observe
 from drake_starnav.surroundings.view import View, ViewParams, make_view
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, observe_scan, scattered, seeds, segment_distance
 
@@ -77,20 +77,20 @@ def test_in_another_frame_it_certifies_the_same() -> None:
     frame, (seen, _, pose) = np.array((1.0, -2.0, 2.5)), driven(3)
     other = driven(4)[0].view
     known = ViewHistory.of_one_time((other,), ((0.5, 0.2, 1.0),), 0.0, Odometer())
-    seen = replaced(seen, current_views=seen.current_views.followed_by(known), past_views=known)
+    seen = replace_fields(seen, current_views=seen.current_views.followed_by(known), past_views=known)
     star, there = seen.certified_star, seen.moved(frame)
     points = pose[:2] + np.random.default_rng(0).uniform(-1.0, 1.0, (500, 2))
     assert 50 < star.union.contains(points).sum() < 450
-    assert (there.certified_star.union.contains(placed(frame, points)) == star.union.contains(points)).all()
+    assert (there.certified_star.union.contains(transform_points(frame, points)) == star.union.contains(points)).all()
     for one, same in (
         (there.near_hits, seen.near_hits),
         (there.certified_star.boundary.points, star.boundary.points),
         (there.view.near_points, seen.view.near_points),
         (there.view.recent_points, seen.view.recent_points),
     ):
-        np.testing.assert_allclose(one, placed(frame, same))
+        np.testing.assert_allclose(one, transform_points(frame, same))
     for row in (there.current_views.rows[1], there.past_views.rows[0]):
-        np.testing.assert_allclose(row[:2], placed(frame, known.rows[:, :2])[0])
+        np.testing.assert_allclose(row[:2], transform_points(frame, known.rows[:, :2])[0])
 
 
 def test_the_star_knows_where_its_scans_were_taken_and_what_distance_it_keeps() -> None:
@@ -142,7 +142,7 @@ def test_the_star_holds_all_recent_hits():
 
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
     seen, scan, pose = driven(3)
-    filtered = smoothed_distances(scan)
+    filtered = smooth_distances(scan)
     near = filtered < NEAR_HITS * SAFE
     away = np.hypot(*(seen.near_hits - pose[:2]).T)
     np.testing.assert_allclose(away, filtered[near])
@@ -265,7 +265,7 @@ def test_a_disc_needs_no_other_look_only_where_it_drives_straight_out_of_what_it
 
 def test_what_was_seen_before_a_time_can_be_left_out() -> None:
     past = ViewHistory((View.none(),) * 3, np.array([(0.0, 0.0, 0.0, time, 0.0, 0.0) for time in (3.0, 2.0, 1.0)]))
-    seen = replaced(Surroundings.unknown(), past_views=past)
+    seen = replace_fields(Surroundings.unknown(), past_views=past)
     assert seen.without_views_before(0.5) is seen
     assert seen.without_views_before(1.5).past_views.times.tolist() == [3.0, 2.0]
 

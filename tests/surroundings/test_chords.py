@@ -9,7 +9,7 @@ from hypothesis import given
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_COVER_RADIUS, Beams, LaserScan
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
-from drake_starnav.surroundings.chords import BINS, Chords, chords_from_hits, occluding_chords, visible_ranges
+from drake_starnav.surroundings.chords import BINS, Chords, chords_from_hits, measure_visible_ranges, occluding_chords
 from tests.helpers.scans import seeds
 
 CHORD = CONNECTED_CHORD * USUAL_COVER_RADIUS
@@ -125,7 +125,7 @@ def test_no_bin_says_free_where_a_chord_is(seed: int) -> None:
     rng, place = np.random.default_rng(seed), (0.5, 0.5, 2.0)
     ends = rng.uniform(-2.0, 2.0, (6, 4))
     ends[:, 2:] = ends[:, :2] + rng.uniform(-0.3, 0.3, (6, 2)) * rng.integers(0, 2, (6, 1))
-    free = visible_ranges(ends, place, 3.0)
+    free = measure_visible_ranges(ends, place, 3.0)
     assert free.shape == (BINS,) and free.max() <= 3.0
     for share in np.linspace(0.0, 1.0, 30):
         away = ends[:, :2] + share * (ends[:, 2:] - ends[:, :2]) - place[:2]

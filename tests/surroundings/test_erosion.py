@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.surroundings.bearing_hits import half_gaps, points_to_bearings
+from drake_starnav.surroundings.bearing_hits import measure_half_gaps, points_to_bearings
 from drake_starnav.surroundings.erosion import (
     FreeRange,
-    bearing_tables,
     erode,
     free_range,
-    smoothed_distances,
+    make_bearing_tables,
+    smooth_distances,
 )
 from drake_starnav.surroundings.margins import Margins
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, segment_distance
@@ -47,7 +47,7 @@ def clearances(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
 def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
     scan = cast(scattered(np.random.default_rng(seed)), beams=beams)
     samples, limit, *_ = profile(scan)
-    radius = np.hypot(INFLATED, half_gaps(scan.distances, scan.beams)[scan.hits])
+    radius = np.hypot(INFLATED, measure_half_gaps(scan.distances, scan.beams)[scan.hits])
     points = scan.points()
     spare = clearances(samples[:, None] * rays(scan, len(samples)), points) - radius
     assert spare.min() > -1e-9
@@ -111,7 +111,7 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
     points = length[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     center, bearing_0 = rng.uniform(-5.0, 5.0, 2), rng.uniform(-4.0, 4.0)
     hits = points_to_bearings(points + center, np.zeros(200), *center, bearing_0, 3.0, 720)
-    samples = erode(*hits, INFLATED, np.full(720, 2.0 - INFLATED), *bearing_tables(720))
+    samples = erode(*hits, INFLATED, np.full(720, 2.0 - INFLATED), *make_bearing_tables(720))
     left = rng.integers(0, 720, 500)
     bearing = bearing_0 + 2.0 * math.pi / 720 * (left + rng.random(500))
     smaller = np.minimum(samples[left], samples[(left + 1) % 720])
@@ -139,9 +139,9 @@ def test_smoothing_takes_noise_but_leaves_jumps_and_missing_returns_alone(seed):
     steps = np.repeat(rng.permutation(12) * 0.3 + 1.0, 30)  # flat surfaces, at least 0.3 m from one to the next
     steps[rng.integers(0, 360, 5)] = np.inf
     exact = full_scan(steps)
-    np.testing.assert_allclose(smoothed_distances(exact), exact.distances, atol=1e-12)
+    np.testing.assert_allclose(smooth_distances(exact), exact.distances, atol=1e-12)
     noisy = full_scan(steps + rng.normal(0.0, 0.01, 360))
-    smooth = smoothed_distances(noisy)
+    smooth = smooth_distances(noisy)
     assert (smooth == 5.0).tolist() == (~noisy.hits).tolist()
     assert np.abs(smooth - noisy.distances).max() < 0.04
     error = np.abs(np.array((smooth, noisy.distances)) - exact.distances)[:, exact.hits].mean(axis=1)
@@ -154,7 +154,7 @@ def test_with_slack_much_noise_is_smoothed_too(seed):
     rng = np.random.default_rng(seed)
     exact = np.repeat(rng.permutation(8) * 0.5 + 1.0, 45)
     noisy = full_scan(exact + rng.normal(0.0, 0.05, 360))
-    error = [smoothed_distances(noisy, slack) - exact for slack in (0.0, 0.12)]
+    error = [smooth_distances(noisy, slack) - exact for slack in (0.0, 0.12)]
     assert np.std(error[1]) < 0.75 * np.std(error[0]) and np.std(error[1]) < 0.035
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 
@@ -14,9 +14,9 @@ WORLD = World("posts", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(1.5, 0.0, 0.3), 
 
 def test_in_another_frame_it_is_as_if_it_had_been_taken_there() -> None:
     scan = cast(WORLD, POSE)
-    moved = Observation(scan_region(scan, POSE, RADIUS, MARGINS), scan, POSE).moved(FRAME)
-    there = np.array(composed(FRAME, POSE))
+    moved = Observation(make_scan_region(scan, POSE, RADIUS, MARGINS), scan, POSE).moved(FRAME)
+    there = np.array(compose_poses(FRAME, POSE))
     np.testing.assert_allclose(moved.pose, there)
     assert moved.scan is scan
-    region = scan_region(scan, there, RADIUS, MARGINS)
+    region = make_scan_region(scan, there, RADIUS, MARGINS)
     np.testing.assert_allclose(moved.region.outline(60), region.outline(60), atol=1e-9)

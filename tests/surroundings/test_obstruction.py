@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
-from drake_starnav.surroundings.obstruction import obstruction
+from drake_starnav.surroundings.obstruction import describe_obstruction
 from drake_starnav.surroundings.surroundings import Surroundings
 from tests.helpers.scans import RADIUS, observe_scan
 
@@ -21,7 +21,7 @@ def said(scan: LaserScan, towards: float = AHEAD, yaw: float = 2.0, shape: Footp
     """Why a robot that took a scan anywhere does not drive towards a bearing."""
     pose = np.array((3.0, -1.0, yaw))
     surroundings = observe_scan(scan, pose, shape.cover_radius + MARGIN, REACH, shape=shape)
-    return obstruction(surroundings, scan, towards, shape, pose)
+    return describe_obstruction(surroundings, scan, towards, shape, pose)
 
 
 def seen(ranges: dict[int, float], **changes) -> LaserScan:
@@ -83,4 +83,4 @@ def test_what_moves_is_named_too() -> None:
 
 
 def test_without_scans_no_hit_is_to_blame() -> None:
-    assert obstruction(Surroundings.unknown(), LaserScan.nothing(), AHEAD, DISC, np.zeros(3)) == ""
+    assert describe_obstruction(Surroundings.unknown(), LaserScan.nothing(), AHEAD, DISC, np.zeros(3)) == ""

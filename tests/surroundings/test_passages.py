@@ -9,20 +9,20 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.surroundings.bearing_hits import beams_to_bearings, half_gaps
+from drake_starnav.surroundings.bearing_hits import beams_to_bearings, measure_half_gaps
 from drake_starnav.surroundings.erosion import (
     FreeRange,
-    bearing_tables,
     erode,
     field_of_view,
     free_limit,
     free_range,
-    smoothed_distances,
+    make_bearing_tables,
+    smooth_distances,
     within_sight,
 )
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.passages import PASSAGE_DEPTH, SHUT, with_passages
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.passages import PASSAGE_DEPTH, SHUT, add_passages
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, segment_distance
 
@@ -38,8 +38,8 @@ def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     """The free range with a margin, m, that no passage changes."""
     samples, inflated = 720, RADIUS + margin
     limit = free_limit(field_of_view(scan), samples, scan.range_max - RADIUS - MARGIN)
-    hits = beams_to_bearings(scan.distances, half_gaps(scan.distances, scan.beams), scan.beams, samples)
-    return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *bearing_tables(samples))
+    hits = beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
+    return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *make_bearing_tables(samples))
 
 
 def door(half: float, x: float = 0.3) -> World:
@@ -168,8 +168,8 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
     moves = found.values > 0.0
     assert clear[moves].min(initial=np.inf) > RADIUS + found.margin - 1e-9
     assert clear[moves & (found.values == plain)].min(initial=np.inf) > RADIUS + MARGIN - 1e-9
-    region = scan_region(scan, np.zeros(3), RADIUS, MARGINS)
-    smoothed = free_range(scan, smoothed_distances(scan), RADIUS, MARGINS)
+    region = make_scan_region(scan, np.zeros(3), RADIUS, MARGINS)
+    smoothed = free_range(scan, smooth_distances(scan), RADIUS, MARGINS)
     np.testing.assert_array_equal(region.free_range, smoothed.values)
     assert region.margin == smoothed.margin
 
@@ -177,9 +177,9 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
 def opened(scan: LaserScan) -> np.ndarray:
     """The free range with its passages, from erosions of the whole scan."""
     free, narrowest = eroded(scan, MARGIN), eroded(scan, LEAST)
-    if with_passages(free, narrowest, RADIUS)[1]:
+    if add_passages(free, narrowest, RADIUS)[1]:
         for narrow in (eroded(scan, 0.5 * (MARGIN + LEAST)), narrowest):
-            free, _ = with_passages(free, narrow, RADIUS)
+            free, _ = add_passages(free, narrow, RADIUS)
     return free
 
 
@@ -208,7 +208,7 @@ def test_passages_are_whole_runs_between_ends_that_are_shut(seed, n):
     free = rng.choice((0.0, 0.2, 0.45, 0.8, 2.0), n)
     narrow = free + rng.choice((0.0, 0.1, 1.0), n)
     before = free.copy(), narrow.copy()
-    out, opened = with_passages(free, narrow, RADIUS)
+    out, opened = add_passages(free, narrow, RADIUS)
     np.testing.assert_array_equal(free, before[0])
     np.testing.assert_array_equal(narrow, before[1])
     expected = free.copy()

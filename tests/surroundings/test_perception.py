@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.planning import PlannerParameters
-from drake_starnav.surroundings import scan_region
+from drake_starnav.surroundings import make_scan_region
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, cast
@@ -30,7 +30,7 @@ def looks(*poses: np.ndarray) -> list[PerceptionState]:
 def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() -> None:
     first, second = looks(*POSES)
     assert first.observation.region is not None and second.observation.region is not None
-    expected = scan_region(second.observation.scan, POSES[1], RADIUS, MARGINS)
+    expected = make_scan_region(second.observation.scan, POSES[1], RADIUS, MARGINS)
     assert np.array_equal(second.observation.region.boundary.values, expected.boundary.values)
     assert (first.surroundings.time, second.surroundings.time, second.surroundings.previous_time) == (0.0, 0.1, 0.0)
     (alone,) = looks(POSES[1])
@@ -85,5 +85,5 @@ def test_a_lidar_on_the_axis_is_not_merged_with_what_it_saw_before() -> None:
         again = perceive(state, (dataclasses.replace(scan, time=0.1),), POSES[0], SETTINGS).observation
         assert np.array_equal(again.scan.ranges, scan.ranges, equal_nan=True)
         assert again.region is not None
-        expected = scan_region(again.scan, POSES[0], RADIUS, MARGINS)
+        expected = make_scan_region(again.scan, POSES[0], RADIUS, MARGINS)
         assert np.array_equal(again.region.free_range, expected.free_range)

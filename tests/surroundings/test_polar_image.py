@@ -11,16 +11,16 @@ from hypothesis import given
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import covered, disc, footprint
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_COVER_RADIUS, LaserScan
-from drake_starnav.lidar.mounts import ON_AXIS, Mount, unturned
+from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_views, perceive
 from drake_starnav.surroundings.polar_image import make_polar_image, view_range
-from drake_starnav.surroundings.view import View, smoothed_hits
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.surroundings.view import View, smooth_hits
+from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
 from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
@@ -34,7 +34,7 @@ CLEAR = 0.28
 def views_of(scans: Sequence[LaserScan], places: Sequence[Mount]) -> list[View]:
     """Views of scans that are in frames parallel to the robot's."""
     rows = zip(scans, places, strict=True)
-    return [replaced(View.none(), scan=scan, confirmed_scan=scan, mount=mount) for scan, mount in rows]
+    return [replace_fields(View.none(), scan=scan, confirmed_scan=scan, mount=mount) for scan, mount in rows]
 
 
 def merged(scans: Sequence[LaserScan], places: Sequence[Mount], earlier: Sequence = ()) -> LaserScan:
@@ -44,7 +44,9 @@ def merged(scans: Sequence[LaserScan], places: Sequence[Mount], earlier: Sequenc
 
 def seen(world: World, lidars: tuple[Lidar, ...], pose: np.ndarray = ORIGIN) -> LaserScan:
     """What lidars see, about the robot's axis."""
-    scans = [unturned(scan, lidar.mount) for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)]
+    scans = [
+        align_with_robot(scan, lidar.mount) for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)
+    ]
     return merged(scans, mounts(lidars))
 
 
@@ -65,7 +67,7 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
             poles.append((x, y, radius))
     world = World("needles", (0, 0, 0), (0, 0), cylinders=poles, bounds=(-3.0, -3.0, 3.0, 3.0))
     ends = [
-        unturned(scan, lidar.mount).points(lidar.mount.unturned(pose))
+        align_with_robot(scan, lidar.mount).points(lidar.mount.unturned(pose))
         for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)
     ]
     away = [np.abs(np.hypot(*(np.vstack(ends) - pole[:2]).T) - pole[2]).min() for pole in poles]
@@ -76,7 +78,7 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
 def test_a_lone_lidar_on_the_axis_passes_through() -> None:
     scan = cast(scattered(np.random.default_rng(3)))
     assert merged([scan], (ON_AXIS,)) is scan
-    assert np.array_equal(smoothed_hits(scan, ON_AXIS).points, scan.points())
+    assert np.array_equal(smooth_hits(scan, ON_AXIS).points, scan.points())
 
 
 def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
@@ -128,7 +130,7 @@ def test_rays_end_where_space_is_free_though_one_lidar_looked_from_elsewhere(nam
     settings = PerceptionSettings(MARGINS, BODY, None, mounts(lidars))
     for _ in range(20):
         world, earlier = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
-        pose = composed(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
+        pose = compose_poses(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
         first = [dataclasses.replace(scan, scan_time=0.1) for scan in looks(world, lidars, earlier)]
         known = perceive(PerceptionState.initial(), first, earlier, settings)
         second = [dataclasses.replace(scan, time=0.05) for scan in looks(world, lidars, pose)]
@@ -154,7 +156,7 @@ def test_what_was_seen_earlier_is_free_or_a_surface_where_no_lidar_looks() -> No
     behind, front = [np.array(((x, -2), (x + 0.1, -2), (x + 0.1, 2), (x, 2))) for x in (-1.0, 1.0)]
     view = Lidar(Mount(0.2, 0.0, 0.0, False), math.pi, 181)
     before, now = (World("walls", (0, 0, 0), (0, 0), polygons=each) for each in ((behind, front + 0.02), (front,)))
-    looked = [(looks(before, (view,), np.array((0.0, 0.0, yaw)))[0], composed((0, 0, yaw), view.mount[:3]))
+    looked = [(looks(before, (view,), np.array((0.0, 0.0, yaw)))[0], compose_poses((0, 0, yaw), view.mount[:3]))
               for yaw in (0.0, 2.0, 4.0)]  # fmt: skip
     start, (scan,) = InitialFreeDisc.of_radius(0.5).beams, looks(now, (view,))
     alone = merged([scan], (view.mount,))
@@ -216,7 +218,7 @@ def test_lidars_of_different_range_see_as_far_as_each_does(shorter: int, range_m
     scans = looks(empty, CORNERS)
     scans[shorter] = looks(empty, CORNERS, range_max=range_max)[shorter]
     check_views(scans, mounts(CORNERS), BODY, backwards=False)
-    scans = [unturned(scan, lidar.mount) for scan, lidar in zip(scans, CORNERS, strict=True)]
+    scans = [align_with_robot(scan, lidar.mount) for scan, lidar in zip(scans, CORNERS, strict=True)]
     around = merged(scans, mounts(CORNERS))
     least = min(view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
     assert around.distances.min() >= least > 0.6 * range_max
@@ -229,7 +231,7 @@ def test_what_moves_or_may_move_is_told_of_the_scan_about_the_axis_too(name: str
     known = {STATIC: world.cylinders[0], UNKNOWN: world.cylinders[1], DYNAMIC: world.cylinders[2]}
     scans = []
     for scan, lidar in zip(looks(world, LIDARS[name]), LIDARS[name], strict=True):
-        scan = unturned(scan, lidar.mount)
+        scan = align_with_robot(scan, lidar.mount)
         ends, motion = scan.points(np.array((lidar.mount.x, lidar.mount.y, 0.0))), np.full(len(scan.ranges), STATIC)
         for state, (x, y, radius) in known.items():
             motion[np.flatnonzero(scan.hits)[np.hypot(*(ends - (x, y)).T) < radius + 1e-6]] = state

@@ -11,7 +11,7 @@ from drake_starnav.surroundings.erosion import SAME_SURFACE
 from drake_starnav.surroundings.recent_hits import RecentHits
 from drake_starnav.surroundings.scan_averaging import average_scan
 from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, noisy, observe_scan, seeds
 
@@ -133,7 +133,7 @@ def test_between_two_walls_the_way_stays_open_in_spite_of_the_noise():
         scan = noisy(cast(passage, pose), 0.01, rng)
         rest, mean = average_scan(seen.recent_hits, scan, pose, REACH)
         for name, known, latest in (("averaged", rest, mean), ("nearest", seen.recent_hits, scan)):
-            seen = observe_scan(latest, pose, RADIUS + margin, 1.2, replaced(seen, recent_hits=known))
+            seen = observe_scan(latest, pose, RADIUS + margin, 1.2, replace_fields(seen, recent_hits=known))
             star = seen.certified_star
             opened[name] += star.values[round(-star.bearing_0 / (2.0 * math.pi) * len(star.values))] > 0.2
     assert opened["nearest"] < 5 and opened["averaged"] > 40

@@ -12,8 +12,8 @@ from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.separation import (
     ESCAPE_CLEARANCE,
     ClearanceLimits,
-    body_chord_distance,
     is_collision_free,
+    measure_body_chord_distance,
 )
 from drake_starnav.surroundings.view_arrays import ViewArrays
 from drake_starnav.surroundings.view_history import ViewHistory
@@ -33,7 +33,9 @@ NONE, ROUND = ViewArrays.of(ViewHistory()), disc(0.3)
 def gap(pose: np.ndarray, shape: Footprint, surface: Chords) -> float:
     """The bound of a footprint's distance from a single chord and what it hides, m."""
     frame = np.array((pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])))
-    return float(body_chord_distance(frame, surface.ends[0], surface.center, surface.occludes[0], shape.body, math.inf))
+    return float(
+        measure_body_chord_distance(frame, surface.ends[0], surface.center, surface.occludes[0], shape.body, math.inf)
+    )
 
 
 def chords(ends: np.ndarray, shades: np.ndarray, center: np.ndarray) -> Chords:

@@ -3,8 +3,8 @@ import math
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.geometry.se2 import placed
-from drake_starnav.surroundings.bearing_hits import half_gaps
+from drake_starnav.geometry.se2 import transform_points
+from drake_starnav.surroundings.bearing_hits import measure_half_gaps
 from drake_starnav.surroundings.erosion import FreeRange, free_range
 from drake_starnav.surroundings.star_region import (
     StarRegion,
@@ -27,7 +27,7 @@ def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     scan = cast(scattered(rng), pose)
     profile = free_range(scan, scan.distances, RADIUS, MARGINS)
     region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
-    return region, scan.points(pose), half_gaps(scan.distances, scan.beams)[scan.hits]
+    return region, scan.points(pose), measure_half_gaps(scan.distances, scan.beams)[scan.hits]
 
 
 @settings(max_examples=20)
@@ -78,7 +78,7 @@ def test_a_region_in_another_frame_contains_the_same_points(seed):
     rng = np.random.default_rng(seed)
     frame = rng.uniform(-3.0, 3.0, 3)
     points = region.center + rng.uniform(-3.0, 3.0, (500, 2))
-    there = placed(frame, points)
+    there = transform_points(frame, points)
     union, offset = unite_regions((region,)).moved(frame), points - region.center
     share = np.hypot(*offset.T) / np.maximum(region.phi(np.arctan2(offset[:, 1], offset[:, 0])), 1e-9)
     away = np.abs(share - 1.0) > 1e-2  # not where rounding decides

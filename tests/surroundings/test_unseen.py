@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
-from drake_starnav.surroundings.unseen import BodyStep, clip_by_half_plane, initial_disc_radius, is_known_free
+from drake_starnav.surroundings.unseen import BodyStep, clip_by_half_plane, find_initial_disc_radius, is_known_free
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_arrays import ViewArrays, view_covers
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
@@ -166,7 +166,7 @@ def test_the_disc_of_the_start_holds_what_a_robot_covers_that_turns_and_drives_u
     box = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
     for body, beside in ((disc(0.25), 0.25), (box, 0.25)):
         for offset in (0.0, 0.1, 0.4):
-            free = initial_disc_radius(body, 0.02, offset)
+            free = find_initial_disc_radius(body, 0.02, offset)
             corners = np.array([(x, y) for x in (0.0, offset) for y in (beside + 0.02, -beside - 0.02)])
             assert free >= max(np.hypot(*corners.T).max(), body.radius + 0.02)
             assert free < max(np.hypot(*corners.T).max() + 0.02, body.radius + 1.5 * 0.02)

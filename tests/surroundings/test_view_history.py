@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from drake_starnav.geometry.footprint import disc, footprint
-from drake_starnav.geometry.se2 import now_in, placed
+from drake_starnav.geometry.se2 import find_pose_in_frame, transform_points
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import ViewRetention
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_history import MOST_VIEWS, Odometer, ViewHistory, forget_stale_views
-from drake_starnav.utils.snapshot import replaced
+from drake_starnav.utils.snapshot import replace_fields
 from tests.helpers.scans import cast, scattered, seen_by, view_of
 
 HERE = (0.0, 0.0, 0.0)
@@ -33,8 +33,8 @@ def remembered(
 
 def standing(view: View, robot: tuple) -> View:
     """The view of a lidar on the axis of a robot that stands elsewhere: the certificate asks only where that is."""
-    mount = Mount(*now_in(np.array(robot), np.array(view.pose)), upside_down=False)
-    return replaced(view, mount=Mount(mount.x, mount.y, 0.0, False), robot_pose=np.array(robot))
+    mount = Mount(*find_pose_in_frame(np.array(robot), np.array(view.pose)), upside_down=False)
+    return replace_fields(view, mount=Mount(mount.x, mount.y, 0.0, False), robot_pose=np.array(robot))
 
 
 def test_looks_are_kept_as_far_apart_as_they_tell_anything_new_and_no_more_than_so_many() -> None:
@@ -83,7 +83,7 @@ def test_what_begins_at_the_edge_of_a_bin_is_seen_and_what_reaches_across_is_not
     known = at_once(view_of(scan, place), place, 0.0)
     for low, seen in ((0.0, True), (0.05, True), (-1e-4, False), (-0.1, False)):
         part = np.array([(0.1, low), (0.3, low), (0.3, low + 0.1), (0.1, low + 0.1)])
-        assert seen_by(known, placed(np.array(place), part)) == seen
+        assert seen_by(known, transform_points(np.array(place), part)) == seen
 
 
 def test_where_the_robot_stood_nothing_else_did() -> None:
@@ -102,7 +102,7 @@ def test_where_the_robot_stood_nothing_else_did() -> None:
 
 def test_a_look_that_may_have_erred_counts_as_shorter() -> None:
     view = view_of(LaserScan(0.0, -2.35, 4.7 / 359, 0.0, 1.0, np.full(360, 1.0)), HERE, 1.0)
-    look = replaced(view, params=view.params._replace(range_error=0.02))
+    look = replace_fields(view, params=view.params._replace(range_error=0.02))
     for x, free in ((0.97, True), (0.985, False)):
         part = np.array([(x, -0.001), (x + 0.001, -0.001), (x, 0.001)])
         assert seen_by(at_once(look, HERE, 0.0), part) == free
@@ -140,5 +140,5 @@ def test_in_another_frame_looks_know_the_same() -> None:
     also = at_once(look, HERE, 0.0).moved(frame)
     np.testing.assert_allclose(there.pose, also.rows[0, :3])
     np.testing.assert_allclose(there.visible_ranges, look.visible_ranges, atol=1e-9)
-    moved = replaced(look, robot_pose=np.array(there.pose))
+    moved = replace_fields(look, robot_pose=np.array(there.pose))
     np.testing.assert_allclose(moved.chords.center, frame[:2])

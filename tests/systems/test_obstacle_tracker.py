@@ -9,9 +9,9 @@ from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC
-from drake_starnav.lidar.mounts import Mount, unturned
+from drake_starnav.lidar.mounts import Mount, align_with_robot
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
@@ -94,9 +94,9 @@ def test_what_moves_is_tracked_where_it_is_wherever_the_lidar_is_mounted(mount: 
     context, pose = simulator.get_mutable_context(), np.array((-0.5, 0.3, 0.4))
     system.GetInputPort("pose").FixValue(context, pose)
     for k in range(30):
-        scan = SCENE.scan(k * PERIOD, composed(pose, mount[:3]))
+        scan = SCENE.scan(k * PERIOD, compose_poses(pose, mount[:3]))
         if mount.upside_down:
-            scan = unturned(scan, Mount(0.0, 0.0, 0.0, True))
+            scan = align_with_robot(scan, Mount(0.0, 0.0, 0.0, True))
         system.GetInputPort("scan").FixValue(context, Value(scan))
         simulator.AdvanceTo((k + 0.2) * PERIOD)
     tracks, out = (system.GetOutputPort(name).Eval(context) for name in ("tracks", "scan"))
@@ -104,5 +104,7 @@ def test_what_moves_is_tracked_where_it_is_wherever_the_lidar_is_mounted(mount: 
     assert math.dist(tracks.position[tracks.is_confirmed][0], SCENE.at(29 * PERIOD)[0]) < 0.06
     np.testing.assert_array_equal(out.ranges, scan.ranges)
     assert out.angle_min == pytest.approx(scan.angle_min) and (out.motion == DYNAMIC).sum() > 5
-    moving = scan.points(composed(pose, mount[:3]))[out.motion[scan.hits] == DYNAMIC] if not mount.upside_down else []
+    moving = (
+        scan.points(compose_poses(pose, mount[:3]))[out.motion[scan.hits] == DYNAMIC] if not mount.upside_down else []
+    )
     assert all(math.dist(point, SCENE.at(29 * PERIOD)[0]) < 0.3 for point in moving)

@@ -5,12 +5,12 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.geometry.se2 import composed, inverse, placed
+from drake_starnav.geometry.se2 import compose_poses, invert_pose, transform_points
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
@@ -46,7 +46,7 @@ class Matching:
         time = self.context.get_time()
         scan = cast(ROOM, pose)
         object.__setattr__(scan, "time", time)
-        region = scan_region(scan, believed, RADIUS, MARGINS)
+        region = make_scan_region(scan, believed, RADIUS, MARGINS)
         self.put("observation", Value(Observation(region, scan, believed)))
         self.put("surroundings", Value(observe_scan(scan, believed, RADIUS, 1.0)))
         self.believe(believed)
@@ -83,13 +83,15 @@ def test_what_the_planner_sees_is_where_it_truly_is(driven) -> None:
 
 def test_what_the_controller_is_told_lies_in_its_own_frame(driven) -> None:
     matching, _, believed = driven
-    correction = composed(matching.out("pose"), inverse(believed))
+    correction = compose_poses(matching.out("pose"), invert_pose(believed))
     matching.put("guidance", Value(Guidance(PATH, False, Guidance.none().regions)))
     guidance = matching.out("guidance")
     assert not guidance.arrives
-    np.testing.assert_allclose(placed(correction, guidance.path), PATH, atol=1e-9)
+    np.testing.assert_allclose(transform_points(correction, guidance.path), PATH, atol=1e-9)
     assert matching.out("certificate").certified
-    np.testing.assert_allclose(matching.out("certificate").path[0], composed(correction, (1.0, 0.0, 0.5)), atol=1e-9)
+    np.testing.assert_allclose(
+        matching.out("certificate").path[0], compose_poses(correction, (1.0, 0.0, 0.5)), atol=1e-9
+    )
 
 
 def test_a_scan_is_only_used_once(driven) -> None:

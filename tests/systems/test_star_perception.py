@@ -15,7 +15,7 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
@@ -77,7 +77,7 @@ def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
     star = perceived.out("observation")
     assert np.array_equal(star.scan.ranges, scan.ranges)
     assert np.array_equal(star.pose, POSE)
-    expected = scan_region(scan, POSE, ROBOT.radius, MARGINS)
+    expected = make_scan_region(scan, POSE, ROBOT.radius, MARGINS)
     assert np.array_equal(star.region.boundary.values, expected.boundary.values)
     assert np.array_equal(star.region.center, POSE[:2])
 

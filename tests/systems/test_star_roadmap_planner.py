@@ -13,7 +13,7 @@ from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import scan_region
+from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast, observe_scan
@@ -47,7 +47,7 @@ class Planning:
     def see(self, world: World, pose: np.ndarray = POSE) -> None:
         """Stand at a pose and put what is seen from there before the next update."""
         scan = dataclasses.replace(cast(world, pose), time=self.context.get_time())
-        region = scan_region(scan, pose, ROBOT.radius, MARGINS)
+        region = make_scan_region(scan, pose, ROBOT.radius, MARGINS)
         self.put("observation", Value(Observation(region, scan, pose)))
         self.put("pose", pose)
 

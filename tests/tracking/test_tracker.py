@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from shapely import LineString, Point, Polygon, box
 
-from drake_starnav.geometry.se2 import composed
+from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC
-from drake_starnav.safety.moving_certificate import GROWTH, RADIUS, reachable_discs
+from drake_starnav.safety.moving_certificate import GROWTH, RADIUS, find_reachable_discs
 from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.tracking.tracker import TrackerState, join_tracks, track
 from drake_starnav.worlds.world import World
@@ -59,7 +59,7 @@ def test_nothing_moves_in_the_rolling_scans_of_a_lidar_that_turns() -> None:
     world, known, pose, period = hall((1.5, 1.2, 0.2), (-1.0, 2.0, 0.15)), TrackerState(), np.zeros(3), 0.2
     for k in range(12):
         step = (0.04, 0.0, 0.15 if k % 6 < 3 else -0.15) if k else (0.0, 0.0, 0.0)  # to and fro
-        before, pose = pose, np.array(composed(pose, step))
+        before, pose = pose, np.array(compose_poses(pose, step))
         scan = cast_rolling(world, before, pose, period, time=k * period, beams=180)
         known = track(known, scan, pose, OBSTACLES)
         assert known.scan.time_increment == 0.0 or k == 0
@@ -115,7 +115,7 @@ def test_what_comes_to_the_robot_was_reachable_whoever_saw_it(lidars: tuple, age
         shown = np.abs(np.hypot(*(scan.points(pose) - at(-age)[0]).T) - MOVER) < 1e-3
         if shown.any() and not len(states[k].tracks.hits):
             return  # beside the end of the partition it looks like a part of it
-    reachable = reachable_discs(join_tracks(states, obstacles), obstacles)
+    reachable = find_reachable_discs(join_tracks(states, obstacles), obstacles)
     comes = next(time for time in np.arange(0.0, 9.0, 0.005) if Point(at(time)[0]).distance(BODY) <= MOVER)
     away = np.array([Point(place).distance(BODY) for place in reachable[:, :2]]) - reachable[:, RADIUS]
     assert (away / reachable[:, GROWTH]).min() <= comes

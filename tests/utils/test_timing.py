@@ -9,7 +9,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
-from drake_starnav.utils.timing import begins_run, checked_period
+from drake_starnav.utils.timing import check_period, is_new_run
 
 WITH_PERIOD = {
     "ArrivalMonitor": lambda **times: ArrivalMonitor(tolerance=0.1, **times),
@@ -30,8 +30,8 @@ def test_a_period_is_a_positive_time(value: float) -> None:
 
 def test_the_period_is_that_given_or_of_the_rate() -> None:
     monitor = ArrivalMonitor(tolerance=0.1, period=1.0)
-    assert checked_period(monitor, period=0.25) == 0.25
-    assert checked_period(monitor, rate=4.0) == 0.25
+    assert check_period(monitor, period=0.25) == 0.25
+    assert check_period(monitor, rate=4.0) == 0.25
 
 
 @pytest.mark.parametrize(
@@ -40,4 +40,4 @@ def test_the_period_is_that_given_or_of_the_rate() -> None:
 def test_a_run_begins_without_a_past_or_when_time_was_set_back(last: float, begins: bool) -> None:
     context = ArrivalMonitor(tolerance=0.1, period=1.0).CreateDefaultContext()
     context.SetTime(1.0)
-    assert begins_run(context.get_time(), last) is begins
+    assert is_new_run(context.get_time(), last) is begins

@@ -64,13 +64,13 @@ def style(methods: Sequence[str], method: str) -> dict[str, Any]:
 
 def figure_data(results: Results) -> list[dict[str, Any]]:
     """Return what the figures show, a row for each point: its figure, scenario, method, x or trial and time, and y."""
-    shown = {"success": success_points(results), "path over shortest path": path_points(results)}
+    shown_points = {"success": success_points(results), "path over shortest path": path_points(results)}
     for reference in results.references:
         for field in COMPARED:
-            shown[f"{field} of {reference}, %"] = comparison_points(results, reference, field)
+            shown_points[f"{field} of {reference}, %"] = comparison_points(results, reference, field)
     rows = [
         {"figure": name, "scenario": scenario, "method": method, "y": p.value, "low": p.low, "high": p.high}
-        for name, points in shown.items()
+        for name, points in shown_points.items()
         for (scenario, method), p in points.items()
     ]
     for label, measure in DIFFICULTIES:
@@ -110,9 +110,9 @@ def path_points(results: Results) -> dict[tuple[str, str], Point]:
     """Return the median of path over shortest path, where the goal was reached, with its exact interval."""
     points = {}
     for pair, case in results.cases.items():
-        reached = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
-        if reached:
-            ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached]
+        reached_records = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
+        if reached_records:
+            ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records]
             median = median_interval(ratios)
             points[pair] = Point(*median, f"{median.value:.3f}")
     return points
@@ -230,11 +230,13 @@ def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
     rows = math.ceil(len(panels) / columns)
     figure = new_figure(3.9 * rows, share * WIDTH)
     grid = figure.subplots(rows, columns, squeeze=False)
-    for axes, (label, found) in zip(grid.flat, panels, strict=True):
-        places = sorted({x for _, x, _ in found})
+    for axes, (label, found_points) in zip(grid.flat, panels, strict=True):
+        places = sorted({x for _, x, _ in found_points})
         spread = 0.25 * min(np.diff(places), default=0.0) / len(results.methods)
         for k, method in enumerate(results.methods):
-            own = [(x + spread * (k - (len(results.methods) - 1) / 2), p) for name, x, p in found if name == method]
+            own = [
+                (x + spread * (k - (len(results.methods) - 1) / 2), p) for name, x, p in found_points if name == method
+            ]
             look, (x, y) = style(results.methods, method), ([at for at, _ in own], [p.value for _, p in own])
             axes.plot(x, y, **look, markersize=5, linewidth=1.3, label=method)
             for at, p in own:
@@ -256,15 +258,17 @@ def difficulty_points(results: Results, measure: Callable[[Record], float | None
     A bin lies where its median is, of all methods' trials.
     """
     edges, points = difficulty_edges(results.records, measure), []
-    known = [(r["method"], measure(r), r["outcome"] == "reached") for r in results.records]
-    known = [each for each in known if each[1] is not None]
-    values = np.array([value for _, value, _ in known], dtype=float)
+    known_records = [(r["method"], measure(r), r["outcome"] == "reached") for r in results.records]
+    known_records = [each for each in known_records if each[1] is not None]
+    values = np.array([value for _, value, _ in known_records], dtype=float)
     bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     for method in results.methods:
         for b in range(len(edges) - 1):
-            reached = [each[2] for each, own in zip(known, bins, strict=True) if own == b and each[0] == method]
-            if reached:
-                n, m = sum(reached), len(reached)
+            reached_flags = [
+                each[2] for each, own in zip(known_records, bins, strict=True) if own == b and each[0] == method
+            ]
+            if reached_flags:
+                n, m = sum(reached_flags), len(reached_flags)
                 low, high = wilson_interval(n, m)
                 point = Point(100.0 * n / m, 100.0 * low, 100.0 * high, f"{n} of {m}")
                 points.append((method, float(np.median(values[bins == b])), point))
@@ -287,35 +291,35 @@ def trajectory_figure(results: Results, scenario: str, count: int, share: float 
     for record in results.records:
         if record["scenario"] == scenario and record.get("path"):
             trials.setdefault(record["trial"], []).append(record)
-    shown = sorted(trials)[:count]
-    if not shown:
+    shown_trials = sorted(trials)[:count]
+    if not shown_trials:
         return None
-    worlds = {trial: _world(results, trials[trial][0]) for trial in shown}
+    worlds = {trial: _world(results, trials[trial][0]) for trial in shown_trials}
     x0, y0, x1, y1 = next(iter(worlds.values())).extent
     columns = _a_row(3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6, share)
-    rows = math.ceil(len(shown) / columns)
+    rows = math.ceil(len(shown_trials) / columns)
     width = share * WIDTH / columns
     height = min(1.6 * width, (width - 0.2) * (y1 - y0) / (x1 - x0)) + 0.3
     figure = new_figure(rows * height + 0.4, share * WIDTH)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()
-    for axes, trial in zip(grid.flat, shown, strict=False):
+    for axes, trial in zip(grid.flat, shown_trials, strict=False):
         _draw_task(axes, worlds[trial])
         for robot in (robot for record in trials[trial] for robot in record.get("robots", [record])):
             look = style(results.methods, robot["method"])
             path = np.array(robot["path"])
-            over = 4 - 0.1 * results.methods.index(robot["method"])  # the first method lies on top
+            layer_order = 4 - 0.1 * results.methods.index(robot["method"])  # the first method lies on top
             rank = results.methods.index(robot["method"]) / len(results.methods)  # markers apart from one another's
             line = {**look, "linewidth": 1.5, "alpha": 0.9, "markersize": 4, "markevery": (0.25 * rank, 0.25)}
-            axes.plot(*path.T, **line, label=robot["method"], zorder=over)
+            axes.plot(*path.T, **line, label=robot["method"], zorder=layer_order)
             if robot["outcome"] != "reached":
                 axes.plot(*path[-1], marker="x", color=look["color"], markersize=7, markeredgewidth=2.2, zorder=5)
         numbers = [f"{value:.2f}" for value in (detour(trials[trial][0]), gap(trials[trial][0])) if value is not None]
         axes.set_title(" · ".join((f"trial {trial}", *numbers)), fontsize=8.5, pad=2)
     handles = {line.get_label(): line for axes in grid.flat for line in axes.get_legend_handles_labels()[0]}
-    ordered = [method for method in results.methods if method in handles]
-    _legend(figure, [handles[method] for method in ordered], ordered)
+    ordered_methods = [method for method in results.methods if method in handles]
+    _legend(figure, [handles[method] for method in ordered_methods], ordered_methods)
     return figure
 
 

@@ -57,12 +57,14 @@ def write_page(
         drawings[f"{k}"] = lambda share, name=name: figures.trajectory_figure(results, name, worlds, share)  # type: ignore[misc]
     images = {}
     for done, (name, draw) in enumerate(drawings.items(), start=1):
-        drawn = [draw(share) for share in (1.0, figures.NARROW)]
-        images[name] = [base64.b64encode(figures.svg(each).encode()).decode() for each in drawn if each is not None]
+        drawn_figures = [draw(share) for share in (1.0, figures.NARROW)]
+        images[name] = [
+            base64.b64encode(figures.svg(each).encode()).decode() for each in drawn_figures if each is not None
+        ]
         if progress is not None:
             progress(done, len(drawings))
     trajectories = {name: images[f"{k}"] for k, name in enumerate(results.scenarios)}
-    ends, *costs = result_tables(results)
+    outcome_table, *costs = result_tables(results)
     content = {
         "published": suite_tables(results),
         "success": images["success"],
@@ -78,7 +80,7 @@ def write_page(
         total=len(results.records),
         reached=sum(record["outcome"] == "reached" for record in results.records),
         made_by=list(dict.fromkeys(made_by.format(**header["versions"]) for header in results.headers)),
-        ends=[ends],
+        ends=[outcome_table],
         costs=costs,
         cost_images={name: images[name] for name in cost_images},
         worlds=worlds,

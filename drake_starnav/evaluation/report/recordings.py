@@ -39,12 +39,12 @@ def chosen_trials(results: Results) -> list[Recording]:
     chosen = []
     for case in results.cases.values():
         chosen += [Recording(r, r["outcome"]) for r in case if r["outcome"] not in ("reached", *NEVER_RAN)]
-        reached = [r for r in case if r["outcome"] == "reached"]
-        reached.sort(key=lambda r: r["time_s"] / (r["shortest_path_m"] or 1.0))
-        if reached:
-            chosen.append(Recording(reached[(len(reached) - 1) // 2], "median success"))
-        if len(reached) > 1:
-            chosen.append(Recording(reached[-1], "worst success"))
+        reached_records = [r for r in case if r["outcome"] == "reached"]
+        reached_records.sort(key=lambda r: r["time_s"] / (r["shortest_path_m"] or 1.0))
+        if reached_records:
+            chosen.append(Recording(reached_records[(len(reached_records) - 1) // 2], "median success"))
+        if len(reached_records) > 1:
+            chosen.append(Recording(reached_records[-1], "worst success"))
     return chosen
 
 
@@ -66,8 +66,8 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
     if line is None and len(records) == 1:
         line = 2
     if line is None or not 2 <= line <= len(records) + 1:
-        said = "which trial is not said" if line is None else f"there is no trial in line {line}"
-        raise StarnavError(f"{path}: {said}; allowed: --line 2 to --line {len(records) + 1}")
+        line_text = "which trial is not said" if line is None else f"there is no trial in line {line}"
+        raise StarnavError(f"{path}: {line_text}; allowed: --line 2 to --line {len(records) + 1}")
     chosen = records[line - 2]
     texts = {(case["scenario"], case["method"]): case["text"] for case in header["cases"]}
     return {**chosen, "text": texts[chosen["scenario"], chosen["method"]]}
@@ -92,25 +92,25 @@ def record_chosen(
     """
     recordings = list(chosen)
     counts: dict[tuple[str, str], int] = {}
-    wanted = {}
+    wanted_trials = {}
     for k, recording in enumerate(chosen):
         key = recording.record["scenario"], recording.record["method"]
         if recording.record["outcome"] != "reached":
             counts[key] = counts.get(key, 0) + 1
         if recording.record["outcome"] == "reached" or counts[key] <= failures:
-            wanted[k] = page_name(recording.record)
-    if not wanted:
+            wanted_trials[k] = page_name(recording.record)
+    if not wanted_trials:
         return recordings
     folder.mkdir(parents=True, exist_ok=True)
-    with local_processes(min(jobs, len(wanted))) as executor:
+    with local_processes(min(jobs, len(wanted_trials))) as executor:
         futures = {}
-        for k, name in wanted.items():
+        for k, name in wanted_trials.items():
             record = chosen[k].record
             futures[executor.submit(_record, results.scenario(record), record, folder / name)] = k
         for done, future in enumerate(as_completed(futures), start=1):
             k = futures[future]
             remark = future.result() if future.exception() is None else "not recorded: a worker process died"
-            file = f"{folder.name}/{wanted[k]}" if (folder / wanted[k]).is_file() else ""
+            file = f"{folder.name}/{wanted_trials[k]}" if (folder / wanted_trials[k]).is_file() else ""
             recordings[k] = replace(chosen[k], file=file, remark=remark)
             if progress is not None:
                 progress(done, len(futures))
@@ -124,11 +124,14 @@ def _record(scenario: Scenario, record: Record, path: Path) -> str:
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would log its port for each
     try:
         path.unlink(missing_ok=True)
-        again = driven_record(scenario, method=record["method"], seed=record["seed"], html=path)
+        driven_again = driven_record(scenario, method=record["method"], seed=record["seed"], html=path)
     except StarnavError as error:
         return str(error)
     except Exception as error:  # a failed recording must not end the report
         return f"{type(error).__name__}: {error}"
-    if again["state_hash"] != record["state_hash"]:
-        return f"not the same run: {again['outcome']} after {again['time_s']:.1f} s with this version on this machine"
+    if driven_again["state_hash"] != record["state_hash"]:
+        return (
+            f"not the same run: {driven_again['outcome']} after {driven_again['time_s']:.1f} s with this "
+            "version on this machine"
+        )
     return ""

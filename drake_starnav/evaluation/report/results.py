@@ -47,8 +47,10 @@ class Results:
     @cached_property
     def references(self) -> list[str]:
         """Methods that the others are compared with: those given, or those of the suites, or else the first."""
-        named = self.given_references or [m for name in self.suites if name in SUITES for m in SUITES[name].references]
-        return [method for method in dict.fromkeys(named) if method in self.methods] or self.methods[:1]
+        named_methods = self.given_references or [
+            m for name in self.suites if name in SUITES for m in SUITES[name].references
+        ]
+        return [method for method in dict.fromkeys(named_methods) if method in self.methods] or self.methods[:1]
 
     @cached_property
     def texts(self) -> dict[tuple[str, str], str]:
@@ -90,8 +92,8 @@ class Results:
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
         parts += ["--html", f"out/{page_name(record)}"]
-        program, _, typed = _typed(header).partition(" benchmark ")
-        return f"{program if typed else PROGRAM} simulate {shlex.join(parts)}"
+        program, _, typed_arguments = _typed(header).partition(" benchmark ")
+        return f"{program if typed_arguments else PROGRAM} simulate {shlex.join(parts)}"
 
 
 def page_name(record: Record) -> str:
@@ -112,8 +114,8 @@ def make_results(headers: Sequence[Header], records: Sequence[Record], reference
         if name not in results.methods:
             raise unknown_name(f"--reference {shown(name)}", name, results.methods)
     order = {key: k for k, key in enumerate((s, m) for s in results.scenarios for m in results.methods)}
-    ranked = sorted(records, key=lambda r: (order[r["scenario"], r["method"]], r["trial"]))
-    return Results(results.headers, tuple(ranked), results.given_references)
+    ranked_records = sorted(records, key=lambda r: (order[r["scenario"], r["method"]], r["trial"]))
+    return Results(results.headers, tuple(ranked_records), results.given_references)
 
 
 def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Results:
@@ -132,10 +134,10 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
     tasks: dict[str, tuple[Path, dict[str, Any]]] = {}
     files = [read_trials(path) for path in paths]
     settings = _settings([header for header, _ in files])
-    for path, (header, found), setting in zip(paths, files, settings, strict=True):
+    for path, (header, found_records), setting in zip(paths, files, settings, strict=True):
         if setting:
             header = {**header, "cases": [_called(case, setting) for case in header["cases"]]}
-            found = [_called(record, setting) for record in found]
+            found_records = [_called(record, setting) for record in found_records]
         if headers and header["seed"] != headers[0]["seed"]:
             raise StarnavError(
                 f"{path} has seed {header['seed']}, {paths[0]} has {headers[0]['seed']}; allowed: the same, as only "
@@ -147,13 +149,13 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
                 raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
             origin[name], task = path, _task(case, header, compares_settings=any(settings))
             first, other = tasks.setdefault(name[0], (path, task))
-            if changed := [key for key in task if task[key] != other[key]]:
+            if changed_keys := [key for key in task if task[key] != other[key]]:
                 raise StarnavError(
-                    f"{first} and {path} have other {', '.join(changed)} in scenario {name[0]}; allowed: the same "
+                    f"{first} and {path} have other {', '.join(changed_keys)} in scenario {name[0]}; allowed: the same "
                     "worlds, robot and simulation for all methods, as else their trials are not comparable"
                 )
         headers.append(header)
-        records += found
+        records += found_records
     if not records:
         raise StarnavError(f"{', '.join(map(str, paths))}: no trial has ended yet; allowed: at least one")
     return make_results(headers, records, references)
@@ -183,10 +185,10 @@ def _task(case: Mapping[str, str], header: Header, *, compares_settings: bool) -
     """What must be equal for all methods in a scenario, so that trials of the same number are the same task."""
     scenario = parse_scenario(case["text"], name=case["scenario"], method=_driver(case))
     robot = scenario.robot
-    shared: dict[str, Any] = {"world": scenario.world, "numbers of trials": header["in_worlds"]}
+    shared_task: dict[str, Any] = {"world": scenario.world, "numbers of trials": header["in_worlds"]}
     if compares_settings:  # the worlds are made for what the robot covers
-        return shared | {"robot.radius": robot.radius, "robot.footprint": robot.footprint}
-    return shared | {"robot": robot, "simulation": scenario.simulation}
+        return shared_task | {"robot.radius": robot.radius, "robot.footprint": robot.footprint}
+    return shared_task | {"robot": robot, "simulation": scenario.simulation}
 
 
 def _typed(header: Header) -> str:

@@ -96,8 +96,8 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
     writer.writerow(names)
-    known = ({name: value for name, value in row.items() if value == value} for row in rows)  # NaN is not itself
-    writer.writerows([row.get(name, "") for name in names] for row in known)
+    known_rows = ({name: value for name, value in row.items() if value == value} for row in rows)  # NaN is not itself
+    writer.writerows([row.get(name, "") for name in names] for row in known_rows)
     return text.getvalue()
 
 
@@ -144,8 +144,8 @@ def comparison_table(results: Results, reference: str) -> Table:
         if method != reference:
             pair = compare(case, results.of(scenario, reference))
             ratios = (cell for ratio in (pair.time, pair.path) for cell in ratio_cells(ratio))
-            alone = f"{pair.reached_alone} / {pair.other_reached_alone}"
-            rows.append((scenario, method, str(pair.trials), *ratios, alone, number(pair.success_p_value, 4)))
+            reached_alone = f"{pair.reached_alone} / {pair.other_reached_alone}"
+            rows.append((scenario, method, str(pair.trials), *ratios, reached_alone, number(pair.success_p_value, 4)))
     columns = [
         f"{name}, %: {kind}" for name in ("time", "path") for kind in ("mean of ratios", "median", "ratio of sums")
     ]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.geometry.se2 import now_in, placed
+from drake_starnav.geometry.se2 import find_pose_in_frame, transform_points
 from drake_starnav.parameters import is_number
 from drake_starnav.utils.files import read_bytes, read_text, reading
 from drake_starnav.utils.yaml_text import load_yaml
@@ -45,14 +45,14 @@ class OccupancyMap:
     def to_world(self, points: np.ndarray) -> np.ndarray:
         """Points given in cells along x and y, shape (..., 2), in W, m."""
         flat = self.resolution * np.reshape(points, (-1, 2))
-        return placed(np.array(self.origin), flat).reshape(np.shape(points))
+        return transform_points(np.array(self.origin), flat).reshape(np.shape(points))
 
     def cell_at(self, point: tuple[float, float]) -> tuple[int, int] | None:
         """Indices of `cells` at a point (x, y) of W, m; None outside the map."""
-        x, y, _ = now_in(np.array(self.origin), np.array((*point, 0.0)))
+        x, y, _ = find_pose_in_frame(np.array(self.origin), np.array((*point, 0.0)))
         row, column = math.floor(y / self.resolution), math.floor(x / self.resolution)
-        inside = 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
-        return (row, column) if inside else None
+        is_inside = 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
+        return (row, column) if is_inside else None
 
 
 def read_map(path: Path) -> OccupancyMap:
@@ -67,10 +67,10 @@ def read_map(path: Path) -> OccupancyMap:
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     x, y, yaw = check_numbers(keys["origin"], f"map {path}: origin", ("x", "y", "yaw"))
-    free, occupied = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
-    if not 0.0 <= free <= occupied <= 1.0:
+    free_threshold, occupied_threshold = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
+    if not 0.0 <= free_threshold <= occupied_threshold <= 1.0:
         raise StarnavError(
-            f"map {path}: free_thresh is {free:g}, occupied_thresh is {occupied:g}; "
+            f"map {path}: free_thresh is {free_threshold:g}, occupied_thresh is {occupied_threshold:g}; "
             "allowed: 0 <= free_thresh <= occupied_thresh <= 1"
         )
     negate = keys.get("negate", 0)
@@ -81,7 +81,7 @@ def read_map(path: Path) -> OccupancyMap:
     if mode not in MODES:
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
     shade, opacity = read_image(_image(keys, path))
-    cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied, free=free)
+    cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied_threshold, free=free_threshold)
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 
@@ -130,16 +130,16 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """
     from PIL import Image  # late: only maps need it
 
-    place, allowed = f"map image {path}", "a complete PGM (P2 or P5), PNG or BMP image"
-    data = io.BytesIO(read_bytes(path, place, allowed))
-    with reading(place, allowed):
+    place, allowed_text = f"map image {path}", "a complete PGM (P2 or P5), PNG or BMP image"
+    data = io.BytesIO(read_bytes(path, place, allowed_text))
+    with reading(place, allowed_text):
         try:
-            opened = Image.open(data, formats=("PPM", "PNG", "BMP"))
+            image = Image.open(data, formats=("PPM", "PNG", "BMP"))
         except Image.UnidentifiedImageError:
-            raise StarnavError(f"{place} is of another format; allowed: {allowed}") from None
-        with opened as image:
+            raise StarnavError(f"{place} is of another format; allowed: {allowed_text}") from None
+        with image as image:
             if image.format == "PPM" and image.get_format_mimetype() != "image/x-portable-graymap":
-                raise StarnavError(f"{place} is a colour or bit map; allowed: {allowed}")
+                raise StarnavError(f"{place} is a colour or bit map; allowed: {allowed_text}")
             if image.width * image.height > LARGEST_MAP:
                 raise StarnavError(f"{place} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}")
             image.load()

@@ -75,12 +75,12 @@ class Model:
         else:
             of_package = "://" in self.directives and not self.directives.startswith(PACKAGE_URI)  # found by Drake
             path = Path(self.directives) if of_package else resolve_path(self.directives)
-            allowed = f"a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
+            allowed_text = f"a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
             if not path.name.endswith(FORMATS):
-                raise StarnavError(f"Model.directives is {shown(self.directives)}; allowed: {allowed}")
+                raise StarnavError(f"Model.directives is {shown(self.directives)}; allowed: {allowed_text}")
             if not of_package:
-                read_bytes(path, f"model {path}", allowed)
+                read_bytes(path, f"model {path}", allowed_text)
             model = ModelFile(self.directives if of_package else str(path), self.weld)
             name = path.name.partition(".")[0]
-        ends: dict[str, Any] = {"start": self.start, "goal": self.goal}
-        return World(name, model=model, **ends)
+        end_points: dict[str, Any] = {"start": self.start, "goal": self.goal}
+        return World(name, model=model, **end_points)

@@ -43,9 +43,9 @@ class RosMap:
             StarnavError: see `read_map`; or the map has no free or no occupied cells, the start or the goal is not
                 free, there is no way between them, or the map has no two places of `min_distance`.
         """
-        for name, given, entries in (("start", self.start, ("x", "y", "yaw")), ("goal", self.goal, ("x", "y"))):
-            if given:
-                check_numbers(given, f"RosMap.{name}", entries)
+        for name, given_numbers, entries in (("start", self.start, ("x", "y", "yaw")), ("goal", self.goal, ("x", "y"))):
+            if given_numbers:
+                check_numbers(given_numbers, f"RosMap.{name}", entries)
         path = resolve_path(self.file)
         grid = read_map(path)
         for value, name in ((OCCUPIED, "occupied"), (FREE, "free")):
@@ -53,18 +53,18 @@ class RosMap:
                 raise StarnavError(f"map {path} has no {name} cell; allowed: a map with free and occupied cells")
         self._check_cell("start", self.start, grid, path)
         self._check_cell("goal", self.goal, grid, path)
-        closed = self.unknown == "occupied"
-        solid = grid.cells != FREE if closed else grid.cells == OCCUPIED
+        unknown_is_closed = self.unknown == "occupied"
+        solid = grid.cells != FREE if unknown_is_closed else grid.cells == OCCUPIED
         start, goal = list(self.start), list(self.goal)
         if not (start and goal):
-            ends = self._random_ends(path, grid, solid, robot, rng)
-            if ends is None:
+            end_points = self._random_ends(path, grid, solid, robot, rng)
+            if end_points is None:
                 raise StarnavError(
                     f"map {path}: no start and goal {self.min_distance:g} m apart with a way for "
                     f"{said_of(robot)} and {_SPARE:g} m to spare; allowed: more free space, or a smaller robot or "
                     "world.min_distance"
                 )
-            start, goal = ends
+            start, goal = end_points
         return self._world(path, grid, solid, start, goal)
 
     def _world(self, path: Path, grid: OccupancyMap, solid: np.ndarray, start: list[float], goal: list[float]) -> World:
@@ -86,11 +86,11 @@ class RosMap:
         for radius in (robot.radius,) if robot.is_disc else (robot.radius, robot.inscribed):
             places = _Places(grid, solid, self.unknown == "occupied", radius + _SPARE)
             for _ in range(1 if radius == robot.radius else _TRIES):
-                ends = self._draw(places, list(self.start), list(self.goal), rng) if len(places.centers) else None
-                if ends is None:
+                end_points = self._draw(places, list(self.start), list(self.goal), rng) if len(places.centers) else None
+                if end_points is None:
                     break
-                if radius == robot.radius or is_solvable(self._world(path, grid, solid, *ends), robot, 0.0):
-                    return ends
+                if radius == robot.radius or is_solvable(self._world(path, grid, solid, *end_points), robot, 0.0):
+                    return end_points
         return None
 
     def _check_cell(self, name: str, place: list[float], grid: OccupancyMap, path: Path) -> None:
@@ -113,11 +113,11 @@ class RosMap:
         self, places: "_Places", start: list[float], goal: list[float], rng: np.random.Generator
     ) -> tuple[list[float], list[float]] | None:
         """The start (x, y, yaw) and the goal (x, y), what is empty at random; None if there are no two such places."""
-        given = start[:2] or goal
-        for _ in range(1 if given else 200):
-            here = places.near(given) if given else places.random(rng)
-            point = given or places.centers[here].tolist()
-            others = places.in_reach(here, point, self.min_distance)
+        given_place = start[:2] or goal
+        for _ in range(1 if given_place else 200):
+            start_place = places.near(given_place) if given_place else places.random(rng)
+            point = given_place or places.centers[start_place].tolist()
+            others = places.in_reach(start_place, point, self.min_distance)
             if len(others):
                 other = places.centers[rng.choice(others)].tolist()
                 begin, end = (other, point) if goal else (point, other)
@@ -129,8 +129,8 @@ def _polygons(
     grid: OccupancyMap, solid: np.ndarray, closed: bool, ends: Iterable[list[float]]
 ) -> tuple[np.ndarray, ...]:
     """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them."""
-    padded = np.pad(solid, 1, constant_values=closed)
-    rectangles = solid_rectangles(padded, np.array([grid.cell_at((x, y)) for x, y in ends]) + 1)
+    padded_cells = np.pad(solid, 1, constant_values=closed)
+    rectangles = solid_rectangles(padded_cells, np.array([grid.cell_at((x, y)) for x, y in ends]) + 1)
     i0, j0, i1, j1 = rectangles.T - 1.0
     corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
     return tuple(grid.to_world(corners))

@@ -44,9 +44,9 @@ class WorldFile:
         """
         path = shipped_file(file) or Path(file)
         names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
-        place, allowed = f"world.file {shown(file)}", f"{names}, or the path of a JSON file of worlds"
-        text = read_text(path, place, allowed)
-        with reading(place, allowed):
+        place, allowed_text = f"world.file {shown(file)}", f"{names}, or the path of a JSON file of worlds"
+        text = read_text(path, place, allowed_text)
+        with reading(place, allowed_text):
             content = json.loads(text)
         entries = content.get("worlds") if isinstance(content, dict) else None
         if not isinstance(entries, list) or not entries:
@@ -65,8 +65,8 @@ class WorldFile:
         """Raise `StarnavError` unless the file has a world of each number."""
         for number in numbers:
             if number not in self.worlds:
-                known = _ranges(sorted(self.worlds))
-                raise StarnavError(f"world.id is {number}; allowed: a world of {self.path}: {known}")
+                known_ids = _ranges(sorted(self.worlds))
+                raise StarnavError(f"world.id is {number}; allowed: a world of {self.path}: {known_ids}")
 
     def world(self, number: int, keys: Sequence[str]) -> tuple[str, dict[str, Any]]:
         """A world's name in messages and its entry, or a `StarnavError` if the entry lacks one of the keys."""

@@ -39,14 +39,14 @@ class Channel:
         width = 2.0 * (robot.radius + self.clearance)
         line = _middle_line(shape, length, lanes, width + wall)
         angle = rng.uniform(-math.pi, math.pi)
-        ends = place(line[[0, -1]], (0.0, 0.0), angle)
-        driven = float(np.hypot(*np.diff(line, axis=0).T).sum())
+        end_points = place(line[[0, -1]], (0.0, 0.0), angle)
+        path_length = float(np.hypot(*np.diff(line, axis=0).T).sum())
         return World(
             name="channel",
-            start=(*ends[0], random_yaw(rng)),
-            goal=tuple(ends[1]),
+            start=(*end_points[0], random_yaw(rng)),
+            goal=tuple(end_points[1]),
             polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _walls(line, width, wall)),
-            timeout=60.0 + driven / 0.05,  # for that mean speed, m/s
+            timeout=60.0 + path_length / 0.05,  # for that mean speed, m/s
         )
 
 
@@ -58,8 +58,8 @@ def _middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndar
         return _spiral(length, lanes, pitch)
     corners = []
     for k in range(2 if shape == "u_turn" else lanes):
-        ends = [(0.0, k * pitch), (length, k * pitch)]
-        corners += ends if k % 2 == 0 else ends[::-1]
+        end_points = [(0.0, k * pitch), (length, k * pitch)]
+        corners += end_points if k % 2 == 0 else end_points[::-1]
     return np.array(corners)
 
 
@@ -86,5 +86,5 @@ def _walls(line: np.ndarray, width: float, wall: float) -> list[np.ndarray]:
     free = ((middle > low) & (middle < high)).all(axis=-1).any(axis=-1)
     solid = ((middle > low - wall) & (middle < high + wall)).all(axis=-1).any(axis=-1) & ~free
     parts = solid_rectangles(~free)
-    inside = [(i0, j0, i1, j1) for i0, j0, i1, j1 in parts if solid[i0:i1, j0:j1].any()]
-    return [rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inside]
+    inner_boxes = [(i0, j0, i1, j1) for i0, j0, i1, j1 in parts if solid[i0:i1, j0:j1].any()]
+    return [rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inner_boxes]

@@ -84,13 +84,13 @@ class Crowd(Drawn):
 def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
     """Longest time for which a moving obstacle is continuously nearer to a place than a distance (m), s."""
     times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # two periods, as it may stay where its path closes
-    near = (
+    is_near = (
         moving_obstacle_clearance(
             MovingObstacles(np.array([distance]), (path,)), np.tile((*place, 0.0), (len(times), 1)), times
         )
         < 0.0
     )
-    changes = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
+    changes = np.flatnonzero(np.diff(np.concatenate(([False], is_near, [False]))))
     return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING
 
 
@@ -116,10 +116,10 @@ def wander(
             time += steps * _SPACING / speed
             points.append((time, *position))
         if steps * _SPACING < speed * leg:
-            turned = _turned(world, position, heading, least, rng)
-            if turned is None:
+            new_heading = _turned(world, position, heading, least, rng)
+            if new_heading is None:
                 return None
-            heading = turned
+            heading = new_heading
     return there_and_back(np.array(points))
 
 
@@ -130,8 +130,8 @@ def _direction(heading: float) -> np.ndarray:
 def _free_steps(world: World, position: np.ndarray, heading: float, least: float, steps: int) -> int:
     """How many of the steps in a direction keep the least clearance."""
     places = position + _SPACING * np.arange(1, steps + 1)[:, None] * _direction(heading)
-    blocked = np.flatnonzero(clearance(world, places) < least)
-    return int(blocked[0]) if len(blocked) else steps
+    blocked_steps = np.flatnonzero(clearance(world, places) < least)
+    return int(blocked_steps[0]) if len(blocked_steps) else steps
 
 
 def _turned(world: World, position: np.ndarray, heading: float, least: float, rng: np.random.Generator) -> float | None:
@@ -139,8 +139,8 @@ def _turned(world: World, position: np.ndarray, heading: float, least: float, rn
     offsets = 1e-4 * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     right, left, up, down = clearance(world, position + offsets)
     normal = math.atan2(up - down, right - left)
-    mirrored = 2.0 * normal + math.pi - heading + rng.uniform(-0.15, 0.15)
-    for candidate in (mirrored, *rng.uniform(-math.pi, math.pi, 50)):
+    mirrored_heading = 2.0 * normal + math.pi - heading + rng.uniform(-0.15, 0.15)
+    for candidate in (mirrored_heading, *rng.uniform(-math.pi, math.pi, 50)):
         if _free_steps(world, position, candidate, least, 1):
             return float(candidate)
     return None

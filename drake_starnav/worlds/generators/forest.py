@@ -25,11 +25,11 @@ class Forest(Drawn):
 
     def draw(self, rng: np.random.Generator) -> World:
         spacing = 2.0 * self.radius + rng.uniform(*self.gap)
-        wanted = int(rng.integers(*self.trees, endpoint=True))
+        wanted_count = int(rng.integers(*self.trees, endpoint=True))
         # a dense forest is full after this many places were tried
         places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (4000, 2))
         trees = np.empty((0, 2))
-        while len(trees) < wanted and len(places):
+        while len(trees) < wanted_count and len(places):
             trees = np.vstack((trees, places[:1]))
             places = places[np.hypot(*(places - places[0]).T) >= spacing]
         start_y, goal_y = rng.uniform(0.8, self.height - 0.8, 2)

@@ -51,13 +51,13 @@ class Maze(Drawn):
             x, y = i * cell, (j + 1) * cell
             polygons.append(rectangle(x - half, y - half, x + cell + half, y + half))
         start, goal = (rng.integers(n, size=2) + 0.5) * cell
-        ends = np.array([(0.5 * cell, start), ((n - 0.5) * cell, goal)])
+        end_points = np.array([(0.5 * cell, start), ((n - 0.5) * cell, goal)])
         if rng.random() < 0.5:
-            ends = ends[:, ::-1]
+            end_points = end_points[:, ::-1]
         return World(
             name="maze",
-            start=(*ends[0], random_yaw(rng)),
-            goal=tuple(ends[1]),
+            start=(*end_points[0], random_yaw(rng)),
+            goal=tuple(end_points[1]),
             polygons=tuple(polygons),
             bounds=(0.0, 0.0, self.size, self.size),
             timeout=_TIMEOUT,
@@ -100,13 +100,13 @@ def _spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, 
     """Walls of a perfect maze on n x n cells, carved by a random depth-first walk: whether one stands between cells (i,
     j) and (i + 1, j), shape (n - 1, n), and between (i, j) and (i, j + 1), shape (n, n - 1)."""
     right, upper = np.ones((n - 1, n), bool), np.ones((n, n - 1), bool)
-    seen = np.zeros((n, n), bool)
+    is_seen = np.zeros((n, n), bool)
     trail = [(int(rng.integers(n)), int(rng.integers(n)))]
-    seen[trail[0]] = True
+    is_seen[trail[0]] = True
     while trail:
         i, j = trail[-1]
-        around = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
-        fresh = [(a, b) for a, b in around if 0 <= a < n and 0 <= b < n and not seen[a, b]]
+        neighbours = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
+        fresh = [(a, b) for a, b in neighbours if 0 <= a < n and 0 <= b < n and not is_seen[a, b]]
         if not fresh:
             trail.pop()
             continue
@@ -115,6 +115,6 @@ def _spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, 
             right[min(a, i), j] = False
         else:
             upper[i, min(b, j)] = False
-        seen[a, b] = True
+        is_seen[a, b] = True
         trail.append((a, b))
     return right, upper

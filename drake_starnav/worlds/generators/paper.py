@@ -99,14 +99,14 @@ class PaperRoom(Drawn):
         areas = ((3.4, 1.3, 4.8, 2.2), (4.8, 4.0, 5.4, 5.0), (0.6, 6.3, 2.6, 6.8), (3.0, 6.0, 5.0, 7.0))
         discs = [(*_somewhere(rng, [area]), rng.uniform(0.1, 0.25)) for area in areas]
         start, goal = rng.uniform((0.6, 0.5), (3.2, 1.2)), rng.uniform((0.8, 7.0), (2.4, 7.5))
-        ends, cylinders = np.array((start, goal)), np.array(discs)
+        end_points, cylinders = np.array((start, goal)), np.array(discs)
         if rng.random() < 0.5:  # the same, seen in a mirror
-            for x in (ends[:, 0], cylinders[:, 0], *(outline[:, 0] for outline in outlines)):
+            for x in (end_points[:, 0], cylinders[:, 0], *(outline[:, 0] for outline in outlines)):
                 x[:] = _WIDTH - x
         return World(
             name="paper_room",
-            start=(*ends[0], random_yaw(rng)),
-            goal=tuple(ends[1]),
+            start=(*end_points[0], random_yaw(rng)),
+            goal=tuple(end_points[1]),
             cylinders=cylinders,
             polygons=tuple(outlines),
             bounds=(0.0, 0.0, _WIDTH, _HEIGHT),

@@ -43,14 +43,14 @@ class Rooms:
         """
         self._check_sizes(robot.radius, robot.cover_radius)
         n, side = self.count, self.count * _SIZE
-        joined = _joined_rooms(n, _SHUT, rng)
+        is_joined = _joined_rooms(n, _SHUT, rng)
         polygons = []
         for axis in (0, 1):
             for i, j in np.ndindex(n - 1, n):
-                wall, along = (i + 1) * _SIZE, j * _SIZE
-                gap = along + rng.uniform(_DOOR_POST, _SIZE - self.door - _DOOR_POST)
-                pieces = [(along, gap), (gap + self.door, along + _SIZE)] if joined[axis][i, j] else []
-                for first, last in pieces or [(along, along + _SIZE)]:
+                wall, along_wall = (i + 1) * _SIZE, j * _SIZE
+                gap = along_wall + rng.uniform(_DOOR_POST, _SIZE - self.door - _DOOR_POST)
+                pieces = [(along_wall, gap), (gap + self.door, along_wall + _SIZE)] if is_joined[axis][i, j] else []
+                for first, last in pieces or [(along_wall, along_wall + _SIZE)]:
                     low, high = (wall - WALL / 2.0, first), (wall + WALL / 2.0, last)
                     polygons.append(rectangle(*low, *high) if axis == 0 else rectangle(*low[::-1], *high[::-1]))
         goal, niche = self._goal(rng, robot.radius, side)
@@ -71,12 +71,12 @@ class Rooms:
                 f"allowed: wider than the robot, {2.0 * cover_radius:g} m, and at most {widest:g} m, as its wall has "
                 "two ends"
             )
-        taken = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
-        most = _SIZE - 0.5 * WALL - taken
-        if self.goal_clearance > most:
+        taken_width = width if self.goal in ("wall", "corner") else 2.0 * width  # the robot passes in front of a niche
+        largest_size = _SIZE - 0.5 * WALL - taken_width
+        if self.goal_clearance > largest_size:
             raise StarnavError(
                 f"Rooms.goal_clearance is {self.goal_clearance:g} m with robot.radius {robot_radius:g} m and "
-                f"rooms of {_SIZE:g} m; allowed: at most {most:g} m, so that the robot fits beside the goal"
+                f"rooms of {_SIZE:g} m; allowed: at most {largest_size:g} m, so that the robot fits beside the goal"
             )
 
     def _goal(
@@ -84,19 +84,21 @@ class Rooms:
     ) -> tuple[tuple[float, float], list[np.ndarray]]:
         """The goal in the last room, and the two walls of its niche, if it lies in one."""
         kind = str(rng.choice(_GOALS)) if self.goal == "any" else self.goal
-        off = robot_radius + self.goal_clearance
+        wall_distance = robot_radius + self.goal_clearance
         if kind == "corner":
-            return (side - off, side - off), []
+            return (side - wall_distance, side - wall_distance), []
         y = side - _SIZE + rng.uniform(0.35, 0.65) * _SIZE
         if kind == "wall":
-            return (side - off, y), []
-        depth = robot_radius + off  # the niche is as deep as the robot is wide, and leaves it room on both sides
+            return (side - wall_distance, y), []
+        depth = (
+            robot_radius + wall_distance
+        )  # the niche is as deep as the robot is wide, and leaves it room on both sides
         half = robot_radius + max(self.goal_clearance, 0.05)
         sides = [
             rectangle(side - depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign)
             for sign in (-1.0, 1.0)
         ]
-        return (side - off, y), sides
+        return (side - wall_distance, y), sides
 
 
 def _joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -104,13 +106,13 @@ def _joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.nda
 
     A random spanning tree of doors stays open, and each other door with probability 1 - `shut`.
     """
-    joined = (rng.random((n - 1, n)) >= shut, rng.random((n - 1, n)) >= shut)
+    is_joined = (rng.random((n - 1, n)) >= shut, rng.random((n - 1, n)) >= shut)
     group = np.arange(n * n).reshape(n, n)
     walls = [(axis, i, j) for axis in (0, 1) for i in range(n - 1) for j in range(n)]
     for k in rng.permutation(len(walls)):
         axis, i, j = walls[k]
-        here, there = ((i, j), (i + 1, j)) if axis == 0 else ((j, i), (j, i + 1))
-        if group[here] != group[there]:
-            group[group == group[there]] = group[here]
-            joined[axis][i, j] = True
-    return joined
+        this_room, next_room = ((i, j), (i + 1, j)) if axis == 0 else ((j, i), (j, i + 1))
+        if group[this_room] != group[next_room]:
+            group[group == group[next_room]] = group[this_room]
+            is_joined[axis][i, j] = True
+    return is_joined
