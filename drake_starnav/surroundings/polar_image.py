@@ -258,7 +258,7 @@ def _cross_edge(crossings, start, end, kind, bit):
 def _walk_rays(crossings, body, farthest_range, current_views):
     """Return how far each ray is free, m, up to `farthest_range`, and where it ends; within `body` (m) without views.
 
-    `current_views` are the bits of the current views. A surface in an earlier one counts where no later one sees through it.
+    `current_views` are their bits. A surface in an earlier view counts where no later one sees through it.
     """
     distance, view, kinds, count, begin = crossings
     free, end = np.full(len(count), farthest_range), np.full(len(count), FREE, np.int8)

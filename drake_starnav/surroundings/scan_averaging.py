@@ -76,8 +76,8 @@ def _average_ranges(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean ranges of the `hits` (n,) of a scan taken at a pose, and of how many scans each is the mean.
 
-    Earlier scans are given by their hits (k, 2), W, m, and where those of each scan end, `hit_ends`; none beyond `reach`
-    counts.
+    Earlier scans are given by their hits (k, 2), W, m, and the index where those of each end, `hit_ends`; none beyond
+    `reach` counts.
     """
     measured_ranges = np.where(hits, scan.ranges, np.inf)
     rays = scan.points_at(np.ones(len(hits)), np.full(len(hits), True), (0.0, 0.0, pose[2]))
