@@ -53,7 +53,7 @@ FOLLOWING = "drake_starnav.control.path_following"
 PLANNER, ROUTE = "drake_starnav.planning.planner", "drake_starnav.planning.route"
 CUBIC = "drake_starnav.surroundings.piecewise_cubic"
 INTERPRETED = {
-    f"{FOLLOWING}._followed": replacements.interpreted_followed,
+    f"{FOLLOWING}._follow_guidance": replacements.interpreted_followed,
     f"{FOLLOWING}.guiding_vector": replacements.interpreted_guiding_vector,
 }
 UNCERTIFIED = {
@@ -77,14 +77,14 @@ ABLATIONS = (
         "cubics through the samples",
         "cubics below all samples",
         "2",
-        {f"{CUBIC}.adaptive_fit": replacements.two_sided_fit},
+        {f"{CUBIC}.fit_adaptively": replacements.two_sided_fit},
     ),
     Ablation(
         "fixed_segments",
         "segments by the slope",
         "segments by jump and error; without them, 16 equal ones",
         "2",
-        {f"{CUBIC}.adaptive_fit": replacements.equal_segments},
+        {f"{CUBIC}.fit_adaptively": replacements.equal_segments},
     ),
     Ablation(
         "free_unknown",
@@ -150,7 +150,7 @@ ABLATIONS = (
         "weights max(Gamma, 1), inward motion damped, too",
         "weights Gamma - 1, outward motion damped",
         "7",
-        {**INTERPRETED, f"{FOLLOWING}.modulated_direction": replacements.paper_direction},
+        {**INTERPRETED, f"{FOLLOWING}.modulate_direction": replacements.paper_direction},
     ),
     Ablation(
         "no_free_heading",
@@ -172,7 +172,7 @@ ABLATIONS = (
         "modulation and nearest point",
         "certificate and modulation",
         "7, 9",
-        {**UNCERTIFIED, f"{FOLLOWING}.modulated_direction": replacements.same_direction},
+        {**UNCERTIFIED, f"{FOLLOWING}.modulate_direction": replacements.same_direction},
     ),
     Ablation("star_paper", "as printed", "all above", "1 to 9", method="star_paper"),
 )

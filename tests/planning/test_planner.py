@@ -83,7 +83,7 @@ def test_a_way_is_not_given_up_while_what_bars_it_may_stand_aside():
         assert state_after([(barred, motion)] * 200).status is not PlannerStatus.UNREACHABLE
         known = [(barred, STATIC)] * 3 + [(barred, motion)] * 200
         assert state_after(known).status is not PlannerStatus.UNREACHABLE
-        assert len(state_after([*known, (free, STATIC)]).path)
+        assert len(state_after([*known, (free, STATIC)]).route.path)
     assert state_after([(barred, STATIC)] * 200).status is PlannerStatus.UNREACHABLE
 
 

@@ -101,7 +101,7 @@ def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, le
         return ()
 
     ages: list[float] = []
-    monkeypatch.setattr(inspect.getmodule(kind), "standard_certificates", note)
+    monkeypatch.setattr(inspect.getmodule(kind), "make_standard_certificates", note)
     moving = DynamicObstacleParameters(max_speed=0.5)
     controller = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=moving, state_lead=lead)
     shield = TwistShield(ROBOT, PARAMETERS, MARGINS, obstacles=moving, state_lead=lead)

@@ -11,6 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.planning.roadmap import refit_regions
+from drake_starnav.planning.route import Route
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization import meshes
@@ -172,8 +173,7 @@ def test_what_is_unconnected_is_not_drawn(log):
 
 
 def test_no_path_no_short_term_goal(log):
-    nothing = {"path": np.zeros((0, 2)), "target": None, "aside": None}
-    empty = dataclasses.replace(log[9]["planner_state"], **nothing)
+    empty = dataclasses.replace(log[9]["planner_state"], route=Route())
     script = play([*log[:10], *[{**log[9], "planner_state": empty, "guidance": empty.guidance}] * 11])
     for layer in ("path", "short_term_goal", "frontiers/target"):
         assert len(script.visible(layer, 8)) == 1
