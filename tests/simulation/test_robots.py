@@ -58,10 +58,13 @@ def test_six_robots_of_three_kinds_change_places_without_a_contact() -> None:
 def test_in_a_corridor_for_one_robots_make_way_or_give_up_but_touch_nothing() -> None:
     robots = "[{start: [0, 0, 0], goal: [6, 0]}, {start: [6, 0, 3.14], goal: [0, 0]}]"
     world = WORLD.replace("[-1, -1.5, 5, 1.5]", "[-1, -0.45, 7, 0.45]")
-    trials = run_robots(parse_scenario(f"{world}robots: {robots}\nsimulation: {{timeout: 40}}", name="corridor"))
+    trials = run_robots(parse_scenario(f"{world}robots: {robots}\nsimulation: {{timeout: 90}}", name="corridor"))
     ends = sorted(each.trial.outcome for each in trials)
-    given_up = ["unreachable", "unreachable"]  # which of the three depends on the seed
-    assert ends in (["reached", "unreachable"], ["blocked", "reached"], given_up), [t.trial.contact for t in trials]
+    given_up = ["unreachable", "unreachable"]  # which of the four depends on the seed
+    made_way = ["reached", "reached"]  # one backed out of the corridor, and came again
+    assert ends in (made_way, ["reached", "unreachable"], ["blocked", "reached"], given_up), [
+        t.trial.contact for t in trials
+    ]
     assert trials[0].min_gap_m > 0.05 and min(each.trial.min_clearance_m for each in trials) > 0.0
 
 
