@@ -1,6 +1,7 @@
 """Controllers to compare with: each is one pure function of the robot's state and its surroundings.
 
-`BASELINES` is the only list of them: whatever a scenario may name as `controller.kind` beside `star` stands there.
+`BASELINES` has whatever a scenario may name as `controller.kind` beside `star`. Only their names stand once more, in
+`scenario.shipped.METHODS`, which help texts show before anything is imported.
 """
 
 from collections.abc import Mapping

@@ -12,7 +12,7 @@ from typing import Any
 from drake_starnav.cli.options import INTERRUPTED, NOT_REACHED, REACHED, Command, add_scenario
 from drake_starnav.errors import StarnavError, counted, shown
 from drake_starnav.utils.files import check_outputs, write_text
-from drake_starnav.utils.imported import import_extra
+from drake_starnav.utils.imported import import_named
 
 ROBOTS = {"ros2": "drake_starnav.runtime.ros2:Ros2"}
 """Robots by name."""
@@ -26,7 +26,7 @@ def made(kind: str, options: Sequence[str], *arguments: Any) -> Any:
         options: its arguments by name, as NAME=VALUE; a value is JSON, or a text.
         arguments: before these.
     """
-    factory = import_extra("robot", ROBOTS.get(kind, kind))
+    factory = import_named("robot", ROBOTS.get(kind, kind))
     settings = {}
     for option in options:
         key, is_given, value = option.partition("=")

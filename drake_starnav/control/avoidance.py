@@ -313,6 +313,7 @@ def predict_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
     trajectory, radius, settings = scene.movers.trajectory, scene.movers.radius, scene.settings
     discs, last_sample = np.empty((steps + 1, len(radius)), DISC), trajectory.shape[1] - 1.001
+    escape_time = [time_to_escape(settings.radius + r, scene.limits) for r in radius]
     for s in range(steps + 1):
         sample = min((settings.age + start_time) / PREDICTION_STEP, last_sample)
         i = int(sample)
@@ -324,7 +325,7 @@ def predict_discs(scene, start_time, steps):
             disc.x, disc.y, disc.radius = x + share * dx, y + share * dy, radius[j]
             disc.vx, disc.vy = dx / PREDICTION_STEP, dy / PREDICTION_STEP
             disc.reach = (1.0 - settings.caution) * speed + settings.caution * settings.mover_speed
-            disc.hazard = speed * time_to_escape(settings.radius + radius[j], scene.limits)
+            disc.hazard = speed * escape_time[j]
         start_time += STEP
     return discs
 

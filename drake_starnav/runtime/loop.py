@@ -177,12 +177,12 @@ def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
 @contextlib.contextmanager
 def _signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
     """Signals, or else SIGTERM and SIGINT, only set an event; in the main thread, where alone they come."""
-    is_asked, previous_handlers = threading.Event(), {}
+    signal_event, previous_handlers = threading.Event(), {}
     if threading.current_thread() is threading.main_thread():
         for each in numbers or (signal.SIGTERM, signal.SIGINT):
-            previous_handlers[each] = signal.signal(each, lambda *_: is_asked.set())
+            previous_handlers[each] = signal.signal(each, lambda *_: signal_event.set())
     try:
-        yield is_asked
+        yield signal_event
     finally:
         for each, handler in previous_handlers.items():
             signal.signal(each, handler)

@@ -16,7 +16,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from drake_starnav.utils.imported import import_extra
+from drake_starnav.utils.imported import import_named
 
 DEADLINE, PERIOD = 0.1, 0.02
 """s"""
@@ -123,7 +123,7 @@ def main(arguments: Sequence[str]) -> int:
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     base, settings, ramp = arguments
-    watch(import_extra("base", base)(**json.loads(settings)), Ramp(*json.loads(ramp)))
+    watch(import_named("base", base)(**json.loads(settings)), Ramp(*json.loads(ramp)))
     return 0
 
 

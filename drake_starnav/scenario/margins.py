@@ -46,12 +46,12 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
             f"what is declared of lidar, localization, drive and robot gives a safety margin of {safety:.3g} m; "
             f"allowed: at most {LARGEST_MARGIN:g} m"
         )
-    radius, declared_errors = scenario.robot.shape.cover_radius, scenario.obstacles.min_width
+    radius, declared_width = scenario.robot.shape.cover_radius, scenario.obstacles.min_width
     for lidar, budget in zip(lidars, budgets, strict=True):
         least = budget.symbols["g"] * (budget.symbols["r"] + budget.symbols["o"] + LEAST_EXTENT * radius)
-        if 0.0 < declared_errors < least:
+        if 0.0 < declared_width < least:
             raise StarnavError(
-                f"obstacles.min_width is {declared_errors:g} m, with a lidar whose beams are up to "
+                f"obstacles.min_width is {declared_width:g} m, with a lidar whose beams are up to "
                 f"{math.degrees(lidar.widest_gap):.3g} degrees apart; allowed: at least {least:.3g} m, so that it sees "
                 "what is beside the robot, a lidar with more beams, or 0"
             )
@@ -72,11 +72,11 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
 
 def _derive_view_retention(scenario: Scenario, symbols: Mapping[str, float]) -> ViewRetention:
     """Return which past views count: those that the `error_budget` allows for, where the pose errs with way or time."""
-    kept_drift, exact = symbols["M"] - symbols["T"], scenario.localization
-    driven_way = kept_drift if exact.drift > 0.0 else math.inf
+    oldest_age, exact = symbols["M"] - symbols["T"], scenario.localization
+    drift_time = oldest_age if exact.drift > 0.0 else math.inf
     return ViewRetention(
-        way=symbols["v"] * driven_way,
-        turn=symbols["w"] * driven_way,
-        age=kept_drift if exact.jump > 0.0 else math.inf,
+        way=symbols["v"] * drift_time,
+        turn=symbols["w"] * drift_time,
+        age=oldest_age if exact.jump > 0.0 else math.inf,
         range_error=NOISE_SHARE * max(lidar.noise for lidar in scenario.all_lidars),
     )

@@ -19,7 +19,7 @@ from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
 from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names
 from drake_starnav.utils.files import read_text, write_text
-from drake_starnav.utils.imported import import_extra
+from drake_starnav.utils.imported import import_named
 from drake_starnav.utils.resources import model_path
 from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
 from drake_starnav.worlds import WORLD_KINDS, Model, is_world_kind
@@ -195,9 +195,9 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def _robot_section(robot: Scenario) -> Tagged:
-    end_points = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
+    own_keys = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
     lidars = {"lidars": [section(_declared(each)) for each in robot.lidars]} if robot.lidars else {}
-    return section({**end_points, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
+    return section({**own_keys, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
 
 
 def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
@@ -296,7 +296,7 @@ def _world(mapping: Any, place: str) -> Any:
     if not isinstance(mapping, Tagged):
         tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
         raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
-    kind = import_extra("world", mapping.tag) if ":" in mapping.tag else WORLD_KINDS.get(mapping.tag)
+    kind = import_named("world", mapping.tag) if ":" in mapping.tag else WORLD_KINDS.get(mapping.tag)
     if kind is None:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, (*WORLD_KINDS, "module:class"))
     if not is_world_kind(kind):

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from drake_starnav.errors import shown
-from drake_starnav.utils.imported import import_extra
+from drake_starnav.utils.imported import import_named
 from drake_starnav.utils.resources import model_path
 
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
@@ -34,11 +34,11 @@ def own_method(name: str) -> Callable[[Any], Any] | None:
     """The function of a method of the user's own, from a scenario to its parts; None of a shipped one.
 
     Raises:
-        StarnavError: there is no such method, see `import_extra`.
+        StarnavError: there is no such method, see `import_named`.
     """
     found_method = METHODS[name] if name in METHODS else name if ":" in name else method_settings(name)
     if isinstance(found_method, str):
-        return cast(Callable[[Any], Any], import_extra("method", found_method))
+        return cast(Callable[[Any], Any], import_named("method", found_method))
     return None if isinstance(found_method, dict) else found_method
 
 

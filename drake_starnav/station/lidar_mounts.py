@@ -150,8 +150,8 @@ def _mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
     X_PS, base = config.X_PS, config.X_PS.base_frame or "world"
     try:
         frame = ScopedName.Parse(base)
-        is_own_model = plant.GetModelInstanceByName(frame.get_namespace()) if frame.get_namespace() else None
-        parent = plant.GetFrameByName(frame.get_element(), *(() if is_own_model is None else (is_own_model,)))
+        named_model = plant.GetModelInstanceByName(frame.get_namespace()) if frame.get_namespace() else None
+        parent = plant.GetFrameByName(frame.get_element(), *(() if named_model is None else (named_model,)))
         X_FS: RigidTransform = X_PS.GetDeterministicValue()
     except RuntimeError as error:
         raise StarnavError(

@@ -49,31 +49,31 @@ def is_collision_free(poses, chords, views, body, limits):
     count, center = len(poses), chords.center
     moved_distance, frames = np.zeros(count), np.empty((count, 4))  # no point of the body has moved farther
     middle_x, middle_y = 0.5 * (poses[0, 0] + poses[-1, 0]), 0.5 * (poses[0, 1] + poses[-1, 1])
-    farthest, swept_radius = 0.0, 0.0  # of the places from the scan's, and from the middle of the way
+    center_reach = middle_reach = 0.0  # the farthest places from the scan's, and from the middle of the way
     for i in range(count):
         x, y, yaw = poses[i, 0], poses[i, 1], poses[i, 2]
         frames[i, 0], frames[i, 1], frames[i, 2], frames[i, 3] = x, y, math.cos(yaw), math.sin(yaw)
-        farthest = max(farthest, math.hypot(x - center[0], y - center[1]))
-        swept_radius = max(swept_radius, math.hypot(x - middle_x, y - middle_y))
+        center_reach = max(center_reach, math.hypot(x - center[0], y - center[1]))
+        middle_reach = max(middle_reach, math.hypot(x - middle_x, y - middle_y))
         if i > 0:
             way = math.hypot(x - poses[i - 1, 0], y - poses[i - 1, 1])
             moved_distance[i] = moved_distance[i - 1] + way + body.lever * abs(yaw - poses[i - 1, 2])
-    if farthest > room:
+    if center_reach > room:
         return False
-    farthest, swept_radius = farthest + body.radius + margin, swept_radius + body.radius + margin
+    center_reach, middle_reach = center_reach + body.radius + margin, middle_reach + body.radius + margin
     is_disc = len(body.polygons.ends) == 0  # else the gap is a bound, which may be less than that of the disc around
     view_queries = np.zeros(2, np.int64)
     for j in range(len(chords.ends)):
         end_points = chords.ends[j]
-        center_distance = point_to_segment_squared(
+        center_squared = point_to_segment_squared(
             center[0], center[1], end_points[0], end_points[1], end_points[2], end_points[3]
         )
-        if center_distance > farthest * farthest:  # what a chord hides is farther away than the chord
+        if center_squared > center_reach * center_reach:  # what a chord hides is farther away than the chord
             continue
-        middle_distance = point_to_segment_squared(
+        middle_squared = point_to_segment_squared(
             middle_x, middle_y, end_points[0], end_points[1], end_points[2], end_points[3]
         )
-        if is_disc and middle_distance > swept_radius * swept_radius and not chords.occludes[j]:
+        if is_disc and middle_squared > middle_reach * middle_reach and not chords.occludes[j]:
             continue
         if _keeps_clearance(frames, moved_distance, end_points, center, chords.occludes[j], body, margin):
             continue
@@ -101,7 +101,7 @@ def _keeps_clearance(frames, moved_distance, end_points, center, occludes, body,
             needed_clearance = max(gap - 1e-9, ESCAPE_CLEARANCE)
         if not gap >= needed_clearance:  # nor is it where a pose is no number
             return False
-        reachable_distance = moved_distance[i] + (gap - needed_clearance)  # not less than moved[i]
+        reachable_distance = moved_distance[i] + (gap - needed_clearance)  # not less than moved_distance[i]
         if reachable_distance >= way:
             return True
         while moved_distance[i] <= reachable_distance:

@@ -137,28 +137,24 @@ def _distance_not_reduced(part, n, step):
     stops, count = step.body.polygons.ends, max(len(step.body.polygons.ends), 1)
     start_distances = np.empty((count, n))
     nearest, start = 0, 0
-    is_left_by = np.ones(count, np.bool_)
+    moves_off = np.ones(count, np.bool_)
     for k in range(count):
         end = stops[k] if len(stops) else 0
         for i in range(n):
             start_distances[k, i], nx, ny = part_distance(start_corner[i, 0], start_corner[i, 1], step.body, start, end)
             for j in range(n):
-                part_distance_now = nx * (end_corner[j, 0] - start_corner[j, 0]) + ny * (
-                    end_corner[j, 1] - start_corner[j, 1]
-                )
-                is_left_by[k] = is_left_by[k] and part_distance_now >= -EXACT
+                dx, dy = end_corner[j, 0] - start_corner[j, 0], end_corner[j, 1] - start_corner[j, 1]
+                moves_off[k] = moves_off[k] and nx * dx + ny * dy >= -EXACT
         nearest = k if start_distances[k].max() < start_distances[nearest].max() else nearest
         start = end
     start = 0
     for k in range(count):
         end = stops[k] if len(stops) else 0
-        if not is_left_by[k]:
-            part_distance_now, nx, ny = part_distance(x, y, step.body, start, end)
+        if not moves_off[k]:
+            distance, nx, ny = part_distance(x, y, step.body, start, end)
             for i in range(n):
-                if (
-                    part_distance_now + nx * (end_corner[i, 0] - x) + ny * (end_corner[i, 1] - y)
-                    < start_distances[nearest, i] - EXACT
-                ):
+                end_distance = distance + nx * (end_corner[i, 0] - x) + ny * (end_corner[i, 1] - y)
+                if end_distance < start_distances[nearest, i] - EXACT:
                     return False
         start = end
     return True

@@ -8,7 +8,7 @@ from typing import Any
 from drake_starnav.errors import StarnavError, said_by, shown
 
 
-def import_extra(what: str, name: str) -> Any:
+def import_named(what: str, name: str) -> Any:
     """What a name, `module:function`, stands for.
 
     A module is imported from where Python finds modules, or from the folder in which the program runs.
@@ -24,11 +24,11 @@ def import_extra(what: str, name: str) -> Any:
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     try:
-        imported_function = getattr(importlib.import_module(module), function)
+        named_object = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError, ValueError) as error:
         raise StarnavError(
             f"{what} {shown(name)}: {said_by(error)}; allowed: module:function, of a module that Python finds"
         ) from None
-    if not callable(imported_function):
-        raise StarnavError(f"{what} {shown(name)} is {shown(imported_function)}; allowed: a function, or a class")
-    return imported_function
+    if not callable(named_object):
+        raise StarnavError(f"{what} {shown(name)} is {shown(named_object)}; allowed: a function, or a class")
+    return named_object

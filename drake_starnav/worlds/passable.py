@@ -94,8 +94,8 @@ def _found(start, end, box, lattice, discs, capsules):
     origin = np.array((start[0] - start_column * step, start[1] - start_row * step))
     shape = (start_column + int((box[2] - start[0]) / step) + 2, start_row + int((box[3] - start[1]) / step) + 2)
     room = distances(origin, shape, step, discs[0, 2] + step, capsules)
-    is_seen = np.zeros((shape[0], shape[1], headings), np.bool_)
-    is_seen[start_column, start_row, 0] = True
+    is_visited = np.zeros((shape[0], shape[1], headings), np.bool_)
+    is_visited[start_column, start_row, 0] = True
     queue = [(0.0, start_column, start_row, 0)]
     while len(queue):
         _, i, j, k = heapq.heappop(queue)
@@ -109,9 +109,9 @@ def _found(start, end, box, lattice, discs, capsules):
                 a, b = i + _MOVES[m, 0], j + _MOVES[m, 1]
             else:
                 c = (k + (1 if m == len(_MOVES) else headings - 1)) % headings
-            if a < 0 or b < 0 or a >= shape[0] or b >= shape[1] or is_seen[a, b, c]:
+            if a < 0 or b < 0 or a >= shape[0] or b >= shape[1] or is_visited[a, b, c]:
                 continue
-            is_seen[a, b, c] = True
+            is_visited[a, b, c] = True
             u, v = origin[0] + a * step, origin[1] + b * step
             if _is_free(u, v, start[2] + c * turn, room, origin, step, discs):
                 heapq.heappush(queue, (math.hypot(u - end[0], v - end[1]), a, b, c))

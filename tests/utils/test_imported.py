@@ -5,14 +5,14 @@ import math
 import pytest
 
 from drake_starnav import StarnavError
-from drake_starnav.utils.imported import import_extra
+from drake_starnav.utils.imported import import_named
 
 
 def test_a_module_beside_the_user_is_found(tmp_path, monkeypatch) -> None:
     (tmp_path / "robot_of_mine.py").write_text("def make():\n    return 3\n")
     monkeypatch.chdir(tmp_path)
-    assert import_extra("robot", "robot_of_mine:make")() == 3
-    assert import_extra("base", "math:hypot") is math.hypot
+    assert import_named("robot", "robot_of_mine:make")() == 3
+    assert import_named("base", "math:hypot") is math.hypot
 
 
 @pytest.mark.parametrize(
@@ -30,4 +30,4 @@ def test_a_module_beside_the_user_is_found(tmp_path, monkeypatch) -> None:
 )
 def test_what_cannot_be_called_is_named(name, said) -> None:
     with pytest.raises(StarnavError, match=said):
-        import_extra("robot", name)
+        import_named("robot", name)
