@@ -71,10 +71,8 @@ class Slab(NamedTuple):
         if not len(solids.face_vertices):
             return Slab(solids, tuple(plane.tolist()), 0.0)
         vertices_above, starts = solids.vertices - plane[2], solids.face_starts
-        height, distance = (
-            vertices_above @ np.cross(plane[0], plane[1]),
-            np.sqrt((vertices_above * vertices_above).sum(axis=1)),
-        )
+        height = vertices_above @ np.cross(plane[0], plane[1])
+        distance = np.sqrt((vertices_above * vertices_above).sum(axis=1))
         lowest = np.minimum.reduceat(height[solids.face_vertices], starts[:-1])
         highest, reach = (np.maximum.reduceat(x[solids.face_vertices], starts[:-1]) for x in (height, distance))
         is_near, sizes = (lowest <= SLAB) & (highest >= -SLAB) | (reach > WIDE), np.diff(starts)

@@ -74,14 +74,10 @@ def distances(origin, shape, step, reach, capsules):
     for c in range(len(capsules)):
         x1, y1, x2, y2, radius = capsules[c]
         farthest_distance = reach + radius
-        i0, i1 = (
-            int((min(x1, x2) - farthest_distance - origin[0]) / step),
-            int((max(x1, x2) + farthest_distance - origin[0]) / step) + 2,
-        )
-        j0, j1 = (
-            int((min(y1, y2) - farthest_distance - origin[1]) / step),
-            int((max(y1, y2) + farthest_distance - origin[1]) / step) + 2,
-        )
+        i0 = int((min(x1, x2) - farthest_distance - origin[0]) / step)
+        i1 = int((max(x1, x2) + farthest_distance - origin[0]) / step) + 2
+        j0 = int((min(y1, y2) - farthest_distance - origin[1]) / step)
+        j1 = int((max(y1, y2) + farthest_distance - origin[1]) / step) + 2
         for i in range(max(i0, 0), min(i1, shape[0])):
             for j in range(max(j0, 0), min(j1, shape[1])):
                 x, y = origin[0] + i * step, origin[1] + j * step

@@ -113,10 +113,8 @@ class OdometryCheck:
         driven_steps, seen_steps = (
             np.array([getattr(step, name) for step in self.steps]) for name in ("driven", "seen")
         )
-        driven_way, step_error = (
-            driven_steps[:, 0] + 1j * driven_steps[:, 1],
-            (seen_steps - driven_steps)[:, 0] + 1j * (seen_steps - driven_steps)[:, 1],
-        )
+        driven_way = driven_steps[:, 0] + 1j * driven_steps[:, 1]
+        step_error = (seen_steps - driven_steps)[:, 0] + 1j * (seen_steps - driven_steps)[:, 1]
         there_and_back = (
             step_error * np.conj(driven_way) / np.maximum(np.abs(driven_way), 1e-9)
         )  # as seen in the direction of each step

@@ -179,10 +179,8 @@ class Models:
                 for material in visual.findall("material"):
                     own = material.find("color")
                     if own is None and material.find("texture") is None:  # Drake refuses it
-                        known_color, diffuse = (
-                            colors.get(material.get("name")),
-                            (material.findtext("diffuse") or "").split(),
-                        )
+                        known_color = colors.get(material.get("name"))
+                        diffuse = (material.findtext("diffuse") or "").split()
                         rgba = (
                             " ".join((*(diffuse or "111"), "1")[:4])
                             if known_color is None

@@ -24,10 +24,8 @@ def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callab
     Raises:
         StarnavError: the parser raised an error, or skipped a shape.
     """
-    log, found_warnings = (
-        logging.getLogger("drake"),
-        logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1),
-    )
+    log = logging.getLogger("drake")
+    found_warnings = logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1)
     found_warnings.setLevel(logging.WARNING)
     handlers, passed_on = log.handlers, log.propagate
     log.handlers, log.propagate = [found_warnings], False

@@ -179,10 +179,8 @@ def ramp_speed(speed, target, step, limits):
 def ramp_velocity(current_velocity, target, step, limits):
     """The velocity after a step (s) towards a target, and the mean one of the step."""
     turning_change = limits.max_yaw_acceleration * step
-    turning, mean_turning = (
-        ramp_value(current_velocity.turning, target.turning, turning_change),
-        average_ramp(current_velocity.turning, target.turning, turning_change),
-    )
+    turning = ramp_value(current_velocity.turning, target.turning, turning_change)
+    mean_turning = average_ramp(current_velocity.turning, target.turning, turning_change)
     if current_velocity.aside == 0.0 and target.aside == 0.0:
         next_ahead, mean_ahead = ramp_speed(current_velocity.ahead, target.ahead, step, limits)
         return Velocity(next_ahead, 0.0, turning), Velocity(mean_ahead, 0.0, mean_turning)

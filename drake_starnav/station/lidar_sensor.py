@@ -214,11 +214,9 @@ class LidarSensor(LeafSystem):
     def _update(self, context: Context, state: State) -> EventStatus:
         held_scans, query, time = self._held(context), self._query_port.Eval(context), context.get_time()
         X_WS = self._pose(query)
-        shown_ranges, waiting, index = (
-            held_scans.shown,
-            held_scans.waiting,
-            find_scan_index(time, self._parameters.rate),
-        )
+        shown_ranges = held_scans.shown
+        waiting = held_scans.waiting
+        index = find_scan_index(time, self._parameters.rate)
         if arrives(self._parameters, self._seed, index):
             # No sweep leads to the first scan, nor to its repetition right after initialization.
             begin = held_scans.X_WS_swept if self._parameters.rolling and held_scans.swept < time else None

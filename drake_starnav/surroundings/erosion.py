@@ -264,10 +264,8 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
             width += 1
         while d_squared * sine_squared[width] > squared:
             width -= 1
-        left_window, right_window = (
-            line[center : center + width + 1],
-            mirrored_line[-1 - center + len(line) :][: width + 1],
-        )
+        left_window = line[center : center + width + 1]
+        right_window = mirrored_line[-1 - center + len(line) :][: width + 1]
         for i in range(width + 1):
             entry = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
             left_window[i], right_window[i] = min(left_window[i], entry), min(right_window[i], entry)

@@ -104,13 +104,11 @@ def _covers_at(union, points, slack):
 @kernel
 def find_cover(union, x, y, slack):
     """Return the index of the newest region that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
-    center, bearing_0, values, cell_marks, corner = (
-        union.center,
-        union.bearing_0,
-        union.values,
-        union.marks,
-        union.corner,
-    )
+    center = union.center
+    bearing_0 = union.bearing_0
+    values = union.values
+    cell_marks = union.marks
+    corner = union.corner
     if cell_marks.shape[0] == 0:
         for k in range(len(bearing_0) - 1, -1, -1):
             if covers(center, bearing_0, values, k, x, y, slack):

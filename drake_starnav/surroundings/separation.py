@@ -169,12 +169,10 @@ def _measure_point_chord_distance(x, y, end_points, center, occludes):
     distance = math.sqrt(point_to_segment_squared(x, y, end_points[0], end_points[1], end_points[2], end_points[3]))
     if not occludes:
         return distance
-    ax, ay, bx, by = (
-        end_points[0] - center[0],
-        end_points[1] - center[1],
-        end_points[2] - center[0],
-        end_points[3] - center[1],
-    )
+    ax = end_points[0] - center[0]
+    ay = end_points[1] - center[1]
+    bx = end_points[2] - center[0]
+    by = end_points[3] - center[1]
     px, py = x - center[0], y - center[1]
     side = ax * by - ay * bx
     left_of_start, right_of_end = (ax * py - ay * px) * side, (px * by - py * bx) * side

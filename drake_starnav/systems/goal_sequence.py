@@ -35,10 +35,8 @@ class Arrival(NamedTuple):
         It arrives within the room's tolerance; while it is `turning`, it may leave the place again.
         """
         (goal_x, goal_y, *turn), (x, y, yaw, *speeds) = goal, state[:5].tolist()
-        goal_distance, is_standing = (
-            math.hypot(x - goal_x, y - goal_y),
-            find_top_speed(*speeds, room.radius) <= STANDING,
-        )
+        goal_distance = math.hypot(x - goal_x, y - goal_y)
+        is_standing = find_top_speed(*speeds, room.radius) <= STANDING
         has_turned = all(
             abs(math.remainder(wanted_heading - yaw, 2.0 * math.pi)) < HEADING_TOLERANCE for wanted_heading in turn
         )

@@ -93,15 +93,11 @@ def estimate_disc(beams, run, points, sensor_position, max_radius):
     sine = min(math.sin(min(0.5 * count * beams.increment, 1.2)), 0.85)
     radius = min(max(least_range * sine / (1.0 - sine), SMALLEST_RADIUS), max_radius)
     middle_hit, other_middle_hit = points[(first + (count - 1) // 2) % n], points[(first + count // 2) % n]
-    sight_x, sight_y = (
-        middle_hit[0] + other_middle_hit[0] - 2.0 * sensor_position[0],
-        middle_hit[1] + other_middle_hit[1] - 2.0 * sensor_position[1],
-    )
+    sight_x = middle_hit[0] + other_middle_hit[0] - 2.0 * sensor_position[0]
+    sight_y = middle_hit[1] + other_middle_hit[1] - 2.0 * sensor_position[1]
     sight_length = max(math.hypot(sight_x, sight_y), 1e-9)
-    x, y = (
-        sensor_position[0] + (least_range + radius) * (sight_x / sight_length),
-        sensor_position[1] + (least_range + radius) * (sight_y / sight_length),
-    )
+    x = sensor_position[0] + (least_range + radius) * (sight_x / sight_length)
+    y = sensor_position[1] + (least_range + radius) * (sight_y / sight_length)
     previous_beam, last_beam, next_beam = (first - 1) % n, (first + count - 1) % n, (first + count) % n
     is_bare = distance[previous_beam] > distance[first] and distance[next_beam] > distance[last_beam]
     return x, y, radius, is_bare and least_range + radius < beams.range_max
@@ -124,11 +120,9 @@ def match_tracks(discs, predicted_places, gates):
     No track, predicted at a place of (n, 2), continues with a disc, x and y of (c, 2), beyond its gate; W, m.
     """
     tracks = len(predicted_places)
-    distances, matched_track, is_taken = (
-        np.full(len(discs) * tracks, np.inf),
-        np.full(len(discs), -1),
-        np.zeros(tracks, np.bool_),
-    )
+    distances = np.full(len(discs) * tracks, np.inf)
+    matched_track = np.full(len(discs), -1)
+    is_taken = np.zeros(tracks, np.bool_)
     for c in range(len(discs)):
         for k in range(tracks):
             distance = math.hypot(discs[c, 0] - predicted_places[k, 0], discs[c, 1] - predicted_places[k, 1])

@@ -159,10 +159,8 @@ class Tracks:
 
         Beside those listed that of each trusted track that is not in view, a disc at its predicted position.
         """
-        lost, still = (
-            np.flatnonzero(self.is_trusted & (self.last_seen < self.time)),
-            (self.possible_starters, self.occlusion_discs),
-        )
+        lost = np.flatnonzero(self.is_trusted & (self.last_seen < self.time))
+        still = (self.possible_starters, self.occlusion_discs)
         discs = np.column_stack((self.position, self.radius))[lost]
         hit_track = np.concatenate((self.hit_track, np.full(sum(map(len, still)), -1), lost))
         return np.vstack((self.hits, *still, discs)), hit_track
@@ -335,12 +333,10 @@ def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, 
 @kernel
 def _turn_of_sight(target, previous_sensor, sensor):
     """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
-    a, b, c, d = (
-        target[0] - previous_sensor[0],
-        target[1] - previous_sensor[1],
-        target[0] - sensor[0],
-        target[1] - sensor[1],
-    )
+    a = target[0] - previous_sensor[0]
+    b = target[1] - previous_sensor[1]
+    c = target[0] - sensor[0]
+    d = target[1] - sensor[1]
     return math.atan2(a * d - b * c, a * c + b * d)
 
 

@@ -86,10 +86,8 @@ def track(
     static_hits = scan.points_at(scan.distances, scan.hits & (beam_motion.motion == STATIC), pose)
     walls = np.vstack((grid.find_walls(scan.time, tracks.position, reach), static_hits))
     trajectories = predict_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
-    tracks, scan = (
-        replace_fields(tracks, predicted_trajectories=trajectories),
-        replace_fields(scan, motion=reported_motion),
-    )
+    tracks = replace_fields(tracks, predicted_trajectories=trajectories)
+    scan = replace_fields(scan, motion=reported_motion)
     return TrackerState(
         grid.add_scan(scan, pose, on_large_surface & (beam_motion.motion != DYNAMIC)), tracks, scan, pose
     )

@@ -73,10 +73,9 @@ def _merged(pieces: list[list[Corner]]) -> list[list[Corner]]:
         if (b, a) not in owner or a > b:
             continue
         this_piece, other_piece = piece_at((a, b)), piece_at((b, a))
-        left_piece, right_piece = (
-            _begun_after(pieces[this_piece], a),
-            _begun_after(pieces[other_piece], b),
-        )  # from b to a, from a to b
+        # from b to a, from a to b
+        left_piece = _begun_after(pieces[this_piece], a)
+        right_piece = _begun_after(pieces[other_piece], b)
         if _turns_left(left_piece[-2], a, right_piece[1]) and _turns_left(right_piece[-2], b, left_piece[1]):
             pieces[this_piece], merged_into[other_piece] = left_piece + right_piece[1:-1], this_piece
     return [piece for k, piece in enumerate(pieces) if merged_into[k] == k]

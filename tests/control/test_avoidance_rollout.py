@@ -49,11 +49,9 @@ def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = unite_regions([make_scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
     position = np.array(places, float).reshape(-1, 2)
-    still, radius, trajectory = (
-        np.zeros_like(position),
-        np.full(len(places), DISC_RADIUS),
-        np.repeat(position[:, None], 60, 1),
-    )
+    still = np.zeros_like(position)
+    radius = np.full(len(places), DISC_RADIUS)
+    trajectory = np.repeat(position[:, None], 60, 1)
     movers = Movers(position, still, radius, trajectory, NO_HITS)
     star = CertifiedStar.none().union
     return Scene(LINE, times_along(LINE, limits), regions, star, NO_HITS, movers, limits, SETTINGS)

@@ -83,12 +83,10 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
     world = scenario.world.make(np.random.default_rng(seed), robot.shape)
     settings, commanding = PerceptionSettings(margins, robot.shape), actuation(robot, 1.0 / rate)
     shapes, goal, known = visible_shapes(world), np.array(world.goal), PerceptionState.initial()
-    state, pose, twist, scans = (
-        PlannerState.initial(scenario.planner, robot.radius),
-        np.array(world.start),
-        np.zeros(2),
-        0,
-    )
+    state = PlannerState.initial(scenario.planner, robot.radius)
+    pose = np.array(world.start)
+    twist = np.zeros(2)
+    scans = 0
     poses, twists = [pose], [twist]
     for k in range(commands):
         if k / rate >= scans / lidar.rate - 1e-9:

@@ -41,10 +41,8 @@ def within(section: type, name: str, low: float = 0.0) -> st.SearchStrategy[floa
 
 
 def _rectangle(lever: float, slenderness: float) -> Footprint:
-    x, y = (
-        lever / math.hypot(1.0, slenderness),
-        max(lever / math.hypot(1.0, 1.0 / slenderness), 0.5 * LEAST_SIZE + 1e-6),
-    )
+    x = lever / math.hypot(1.0, slenderness)
+    y = max(lever / math.hypot(1.0, 1.0 / slenderness), 0.5 * LEAST_SIZE + 1e-6)
     return footprint(((x, y), (-x, y), (-x, -y), (x, -y)))
 
 
@@ -155,11 +153,9 @@ def test_the_budget_covers_what_samples_overrate(case) -> None:
 def test_samples_overrate_clearance_by_no_more_than_the_bound(case, seed: int) -> None:
     twist, target, actuation = case
     actuation = replace(actuation, delay=min(actuation.delay, 0.2))  # short enough to integrate finely
-    shape, motion, exact = (
-        actuation.footprint,
-        roll_out(STILL, twist, target, actuation),
-        exact_poses(twist, target, actuation),
-    )
+    shape = actuation.footprint
+    motion = roll_out(STILL, twist, target, actuation)
+    exact = exact_poses(twist, target, actuation)
     random = np.random.default_rng(seed)
     away, at = random.uniform(-math.pi, math.pi, 12), exact[random.integers(len(exact), size=12)]
     around = np.column_stack((np.cos(away), np.sin(away)))

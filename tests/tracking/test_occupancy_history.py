@@ -174,10 +174,8 @@ def test_a_cell_is_free_if_all_beams_beside_it_end_beyond(seed: int, full: bool,
     for i, j in rng.integers(0, cells, (200, 2)):
         dx, dy = (origin + (i, j) + 0.5) * CELL - place
         r = math.hypot(dx, dy)
-        middle, width = (
-            (math.atan2(dy, dx) - begin) % (2.0 * math.pi) / step,
-            math.asin(min(half / r, 1.0)) / step + 1.0,
-        )
+        middle = (math.atan2(dy, dx) - begin) % (2.0 * math.pi) / step
+        width = math.asin(min(half / r, 1.0)) / step + 1.0
         near = np.arange(math.floor(middle - width), math.ceil(middle + width) + 1)
         near = np.arange(beams) if len(near) > beams else near
         seen = full or (near[0] >= 0 and near[-1] < beams)
