@@ -9,7 +9,7 @@ from drake_starnav.robot import RobotParameters as RobotParameters
 from drake_starnav.lidar.sensor_model import LidarParameters as LidarParameters
 from drake_starnav.planning.parameters import PlannerParameters as PlannerParameters
 from drake_starnav.control.parameters import ControllerParameters as ControllerParameters
-from drake_starnav.tracking.parameters import DynamicObstacleParameters as DynamicObstacleParameters
+from drake_starnav.moving.parameters import DynamicObstacleParameters as DynamicObstacleParameters
 from drake_starnav.errors import StarnavError as StarnavError
 from drake_starnav.worlds.world import World as World
 from drake_starnav.worlds import make_world as make_world
@@ -36,7 +36,7 @@ from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner as Sta
 from drake_starnav.systems.fixed_goal import FixedGoal as FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence as GoalSequence
 from drake_starnav.planning.guidance import Guidance as Guidance
-from drake_starnav.tracking.kalman_tracks import Tracks as Tracks
+from drake_starnav.moving.kalman_tracks import Tracks as Tracks
 from drake_starnav.geometry.footprint import Footprint as Footprint
 from drake_starnav.systems.dsm_controller import DsmController as DsmController
 from drake_starnav.systems.twist_shield import TwistShield as TwistShield

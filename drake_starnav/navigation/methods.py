@@ -8,13 +8,13 @@ from pydrake.systems.framework import System
 from drake_starnav.baselines import BASELINES
 from drake_starnav.baselines.baseline_step import Baseline
 from drake_starnav.control import follow_guidance
+from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.navigation.parts import Parts, function_of
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.robot_interface import delay_steps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.utils.stopwatch import Stopwatch
 
 

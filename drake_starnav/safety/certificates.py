@@ -1,15 +1,9 @@
-"""What a certificate is, and the ones that are asked about every command."""
+"""What a certificate is, and what it takes that all accept a motion."""
 
 from collections.abc import Iterable
 from typing import Protocol
 
-import numpy as np
-
-from drake_starnav.robot.motion import Actuation, Motion
-from drake_starnav.safety.clear import Clear
-from drake_starnav.safety.moving_certificate import MovingCertificate
-from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.tracking.tracker import TrackedObstacles
+from drake_starnav.robot.motion import Motion
 
 
 class Certificate(Protocol):
@@ -31,23 +25,3 @@ def all_accept(motion: Motion, certificates: Iterable[Certificate]) -> bool:
         if not certificate.accepts(motion):
             return False
     return True
-
-
-def make_standard_certificates(
-    surroundings: Surroundings,
-    margin: float,
-    actuation: Actuation,
-    position: np.ndarray,
-    tracked: TrackedObstacles | None = None,
-) -> tuple[Certificate, ...]:
-    """Return the certificates for what the last scans show.
-
-    Args:
-        surroundings: what is known of the space around the robot.
-        margin: kept to static obstacles, m.
-        actuation: what commands do.
-        position: of the robot, shape (2,), W, m.
-        tracked: the moving obstacles; None in a static world.
-    """
-    clear = Clear(surroundings, margin, actuation.footprint)
-    return (clear,) if tracked is None else (clear, MovingCertificate.near(tracked, position, actuation))

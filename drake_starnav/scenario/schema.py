@@ -19,12 +19,12 @@ from drake_starnav.baselines import BASELINES
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.parameters import Checked, is_number, parameter
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.shipped import method_settings, own_method
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.worlds.world import check_numbers
 
 

@@ -4,18 +4,18 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, InputPort
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, Proposal, follow_guidance
-from drake_starnav.control.avoidance import avoid_collision
 from drake_starnav.control.inputs import Propose
+from drake_starnav.moving.avoidance import avoid_collision
+from drake_starnav.moving.certificate import make_certificates
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation
-from drake_starnav.safety.certificates import make_standard_certificates
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.controller import UNUSED_TWIST, Controller
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.utils.stopwatch import Stopwatch
 
 
@@ -44,7 +44,7 @@ class DsmController(Controller):
         guiding_vector: unit vector (x, y) in W that a holonomic robot would follow; zero when there is none.
 
     Where the path leads too near to something that moves, the twist begins the best manoeuvre past it; see
-    `control.avoidance`.
+    `moving.avoidance`.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class DsmController(Controller):
         proposal = self._follow(inputs, self._robot)
         if tracked is None:
             return proposal
-        seen, act = inputs.surroundings, self._actuation
-        certificates = make_standard_certificates(seen, self._margin, act, inputs.pose[:2], tracked)
-        way = avoid_collision(inputs, tracked, certificates, act, self._robot)
-        return proposal if way is None else proposal._replace(twist=way)
+        surroundings, position, actuation = inputs.surroundings, inputs.pose[:2], self._actuation
+        certificates = make_certificates(surroundings, self._margin, actuation, position, tracked)
+        twist = avoid_collision(inputs, tracked, certificates, actuation, self._robot)
+        return proposal if twist is None else proposal._replace(twist=twist)

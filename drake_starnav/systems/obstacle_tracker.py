@@ -11,12 +11,12 @@ from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot, find_newest
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackerState, join_tracks, track
 from drake_starnav.systems.release import declare_value
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.systems.star_perception import lidar_names
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackerState, join_tracks, track
 from drake_starnav.utils.stopwatch import Stopwatch
 
 

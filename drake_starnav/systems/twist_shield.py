@@ -10,16 +10,18 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, shown
+from drake_starnav.moving.certificate import make_certificates
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation, BrakingMotion, roll_out
-from drake_starnav.safety.certificates import Certificate, make_standard_certificates
+from drake_starnav.safety.certificates import Certificate
+from drake_starnav.safety.clear import Clear
 from drake_starnav.safety.shield import make_braking_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.release import declare_value
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.utils.timing import check_period
 
@@ -144,12 +146,15 @@ class TwistShield(Unshielded):
             self._tracks = self.DeclareAbstractInputPort("tracks", Value(Tracks()))
 
     def certificates(self, context: Context, position: np.ndarray) -> tuple[tuple[Certificate, ...], Actuation] | None:
-        surroundings, tracked = self._surroundings.Eval(context), None
-        if self._obstacles is not None:
+        surroundings, actuation = self._surroundings.Eval(context), self._actuation
+        standard: tuple[Certificate, ...]
+        if self._obstacles is None:
+            standard = (Clear(surroundings, self._margin, actuation.footprint),)
+        else:
             tracks = self._tracks.Eval(context)
             tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        standard = make_standard_certificates(surroundings, self._margin, self._actuation, position, tracked)
-        return standard + self.own_certificates, self._actuation
+            standard = make_certificates(surroundings, self._margin, actuation, position, tracked)
+        return standard + self.own_certificates, actuation
 
 
 def _check_certificates(certificates: tuple[Certificate, ...], actuation: Actuation) -> None:

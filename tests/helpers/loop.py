@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters, follow_guidance
-from drake_starnav.control.avoidance import avoid_collision
+from drake_starnav.moving.avoidance import avoid_collision
+from drake_starnav.moving.certificate import make_certificates
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackedObstacles, TrackerState, track
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.robot import RobotParameters
-from drake_starnav.safety.certificates import make_standard_certificates
 from drake_starnav.safety.shield import find_certified_twist, ramp_twist
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackedObstacles, TrackerState, track
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS
 from tests.helpers.scenes import PERIOD, Scene, hall, moved
@@ -37,7 +37,7 @@ def command(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotPar
     """Return what is driven next: what the controller proposes, as far as the shield accepts it."""
     pose, twist, _, surroundings = inputs
     commands = actuation(robot, 1.0 / CONTROLLER.rate)
-    certificates = make_standard_certificates(surroundings, MARGINS.safety, commands, pose[:2], tracked)
+    certificates = make_certificates(surroundings, MARGINS.safety, commands, pose[:2], tracked)
     way = avoid_collision(inputs, tracked, certificates, commands, robot)
     proposed = follow_guidance(inputs, robot).twist if way is None else way
     return np.array(ramp_twist(twist, find_certified_twist(pose, twist, proposed, certificates, commands)[0], commands))

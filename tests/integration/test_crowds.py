@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import ControllerInputs
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import add_radius
+from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import add_radius
-from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.loop import CONTROLLER, ROBOT, command, drive, pacing
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import Scene, hall, straight

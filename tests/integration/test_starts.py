@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.motion import roll_out
-from drake_starnav.safety.moving_certificate import (
+from drake_starnav.moving.certificate import (
     MOVING_MARGIN,
     STANDING_SPEED,
     MovingCertificate,
     find_reachable_discs,
 )
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackerState, track
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackerState, track
+from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.motion import roll_out
 from drake_starnav.worlds.clearance import clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.loop import drive

@@ -30,7 +30,7 @@ class Room:
 
 GROUND = "errors parameters utils"
 SENSING = f"{GROUND} geometry lidar robot"
-METHOD = f"{SENSING} surroundings tracking localization safety planning control paper baselines worlds"
+METHOD = f"{SENSING} surroundings localization safety planning control moving paper baselines worlds"
 LOOP = f"{METHOD} models scenario systems station loading navigation"
 ARRAYS = "numpy scipy numba"
 DRAKE = "numpy numba pydrake"
@@ -43,11 +43,11 @@ TABLE = {
     "lidar": Room(f"{GROUND} geometry", f"{ARRAYS} rosbags"),
     "robot": Room(f"{GROUND} geometry", "numpy numba"),
     "surroundings": Room(SENSING, ARRAYS),
-    "tracking": Room(SENSING, ARRAYS),
     "localization": Room(SENSING, ARRAYS),
-    "safety": Room(f"{SENSING} surroundings tracking", ARRAYS),
+    "safety": Room(f"{SENSING} surroundings", ARRAYS),
     "planning": Room(f"{SENSING} surroundings", ARRAYS),
-    "control": Room(f"{SENSING} surroundings tracking safety planning", ARRAYS),
+    "control": Room(f"{SENSING} surroundings safety planning", ARRAYS),
+    "moving": Room(f"{SENSING} surroundings safety planning control", ARRAYS),
     "paper": Room(f"{SENSING} surroundings safety planning control", f"{ARRAYS} sklearn"),
     "baselines": Room(f"{SENSING} surroundings safety planning control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{SENSING} surroundings planning", f"{ARRAYS} shapely yaml PIL"),

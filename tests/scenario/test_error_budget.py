@@ -13,6 +13,7 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.control import ControllerParameters
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import convert_to_velocity, predict_pose
 from drake_starnav.scenario.error_budget import error_budget
@@ -20,7 +21,6 @@ from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.surroundings.margins import SCAN_PATIENCE
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import limited_twist
 

@@ -8,8 +8,8 @@ import pytest
 
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.errors import StarnavError
+from drake_starnav.moving.certificate import ESCAPE, MOVING_MARGIN
 from drake_starnav.navigation import make_diagram
-from drake_starnav.safety.moving_certificate import ESCAPE, MOVING_MARGIN
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.robots import run_robots, worlds_of_robots
 

@@ -11,14 +11,14 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.control import ControllerParameters
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.twist_shield import TwistShield
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
 from tests.helpers.controlling import PERIOD, Controlling
 from tests.helpers.motions import only_star
 from tests.helpers.scans import MARGINS
@@ -96,12 +96,12 @@ def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
 @pytest.mark.parametrize("lead", [0.0, 0.3])
 @pytest.mark.parametrize("kind", [DsmController, TwistShield])
 def test_what_moves_is_as_old_as_its_scan_when_the_command_takes_effect(kind, lead: float, monkeypatch) -> None:
-    def note(surroundings, margin, actuation, position, tracked=None):
+    def note(surroundings, margin, actuation, position, tracked):
         ages.append(tracked.age)
         return ()
 
     ages: list[float] = []
-    monkeypatch.setattr(inspect.getmodule(kind), "make_standard_certificates", note)
+    monkeypatch.setattr(inspect.getmodule(kind), "make_certificates", note)
     moving = DynamicObstacleParameters(max_speed=0.5)
     controller = DsmController(ROBOT, PARAMETERS, MARGINS, obstacles=moving, state_lead=lead)
     shield = TwistShield(ROBOT, PARAMETERS, MARGINS, obstacles=moving, state_lead=lead)

@@ -13,11 +13,11 @@ from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.lidar.mounts import Mount, align_with_robot
 from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackerState, track
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackerState, track
 from tests.helpers.scans import silence
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
 

@@ -9,12 +9,12 @@ from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import add_radius
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import add_radius
 from drake_starnav.utils.stopwatch import Stopwatch
 from tests.helpers.motions import only_star
 from tests.helpers.scans import MARGINS

@@ -1,4 +1,4 @@
-"""Steps of simulated motions, and their sample times, against plain computations."""
+"""Times of legs, turns and whole paths against plain computations; the nearest hit, and the region around."""
 
 import math
 
@@ -7,20 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.control.avoidance import (
-    ROLLOUT,
+from drake_starnav.moving.avoidance import nearest_hit, region_around
+from drake_starnav.moving.driving_times import (
     full_speed,
     heading_loss,
-    nearest_hit,
     next_way_point,
-    region_around,
     time_to_go,
     times_along,
     turning_time,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits
-from drake_starnav.robot.motion import Velocity
+from drake_starnav.robot.motion import Pose, Velocity
 from drake_starnav.surroundings.region_union import RegionUnion
 from tests.helpers.scans import seeds
 
@@ -31,11 +29,8 @@ SLOW = Limits(1.3, 1.1, 0.6, 0.6, 2.5)
 def to_go(
     line: np.ndarray, way_point: int, pose: tuple[float, float, float], velocity: Velocity, limits: Limits
 ) -> float:
-    """The time to go from the end of a rollout with a pose and a velocity."""
-    rollout = np.zeros(1, ROLLOUT)
-    rollout["way_point"], (rollout["x"], rollout["y"], rollout["yaw"]) = way_point, pose
-    rollout["ahead"], rollout["aside"], rollout["turning"] = velocity
-    return time_to_go(line, times_along(line, limits), rollout[0], limits)
+    """The time to go from a pose, at a velocity."""
+    return time_to_go(line, times_along(line, limits), way_point, Pose(*pose), velocity, limits)
 
 
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
-from drake_starnav.tracking.occupancy_history import (
+from drake_starnav.moving.occupancy_history import (
     CELL,
     NEVER,
     RANGE_SLACK,
@@ -17,7 +17,7 @@ from drake_starnav.tracking.occupancy_history import (
     OccupancyHistory,
     _note_free_cells,
 )
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
+from drake_starnav.moving.parameters import DynamicObstacleParameters
 from tests.helpers.scans import scattered, seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved, straight
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.tracking.kalman_tracks import Tracks, update_tracks
-from drake_starnav.tracking.occupancy_history import OccupancyHistory
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import (
+from drake_starnav.moving.kalman_tracks import Tracks, update_tracks
+from drake_starnav.moving.occupancy_history import OccupancyHistory
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import (
     PREDICTED,
     Rows,
     add_radius,
@@ -20,7 +20,7 @@ from drake_starnav.tracking.prediction import (
     is_seen_free,
     predict_trajectories,
 )
-from drake_starnav.tracking.surfaces import find_large_surfaces
+from drake_starnav.moving.surfaces import find_large_surfaces
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 _BLIND = LaserScan(0.0, -1.0, 1.0, 0.0, 1.0, np.full(3, np.nan), lost_beams=True)

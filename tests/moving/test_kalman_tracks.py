@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackerState, track
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackerState, track
 from tests.helpers.scans import seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, moved, straight
 

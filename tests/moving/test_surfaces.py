@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.tracking.surfaces import find_large_surfaces
+from drake_starnav.moving.surfaces import find_large_surfaces
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, seeds
 from tests.helpers.scenes import Scene, hall

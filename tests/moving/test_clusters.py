@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.tracking.clusters import estimate_disc, find_clusters, fit_center, fit_radius
+from drake_starnav.moving.clusters import estimate_disc, find_clusters, fit_center, fit_radius
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 

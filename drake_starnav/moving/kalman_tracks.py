@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan, place_ends
-from drake_starnav.tracking.clusters import (
+from drake_starnav.moving.clusters import (
     SMALLEST_RADIUS,
     estimate_disc,
     find_clusters,
@@ -18,9 +18,9 @@ from drake_starnav.tracking.clusters import (
     fit_radius,
     match_tracks,
 )
-from drake_starnav.tracking.occupancy_history import BeamMotion
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import (
+from drake_starnav.moving.occupancy_history import BeamMotion
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import (
     Rows,
     add_radius,
     find_occlusion_points,

@@ -9,21 +9,21 @@ from hypothesis import strategies as st
 
 from drake_starnav.geometry.footprint import disc, find_top_speed, footprint
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.robot import BASES, Limits, RobotParameters
-from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.motion import Actuation, Motion, Pose, advance_pose, convert_to_velocity, roll_out
-from drake_starnav.safety.moving_certificate import (
+from drake_starnav.moving.certificate import (
     ESCAPE,
     MOVING_MARGIN,
     STANDING_SPEED,
     MovingCertificate,
     find_reachable_discs,
 )
+from drake_starnav.moving.kalman_tracks import SETTLED_AFTER, Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import OCCLUSION_SPACING, add_radius
+from drake_starnav.moving.tracker import TrackedObstacles
+from drake_starnav.robot import BASES, Limits, RobotParameters
+from drake_starnav.robot.base import convert_to_twist
+from drake_starnav.robot.motion import Actuation, Motion, Pose, advance_pose, convert_to_velocity, roll_out
 from drake_starnav.safety.shield import make_braking_twist
-from drake_starnav.tracking.kalman_tracks import SETTLED_AFTER, Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import OCCLUSION_SPACING, add_radius
-from drake_starnav.tracking.tracker import TrackedObstacles
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
 from tests.helpers.motions import limited_twist
 from tests.helpers.scans import RADIUS, seeds

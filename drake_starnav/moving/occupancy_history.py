@@ -17,8 +17,8 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, place_ends
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.surfaces import find_continuing_beams, find_runs, measure_chord
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.surfaces import find_continuing_beams, find_runs, measure_chord
 from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05

@@ -5,19 +5,19 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.control.avoidance import Scene, avoid_collision, find_velocity_around, list_manoeuvres, thin_places
+from drake_starnav.moving.avoidance import Scene, avoid_collision, find_velocity_around, list_manoeuvres, thin_places
+from drake_starnav.moving.certificate import STANDING_SPEED, MovingCertificate, make_certificates
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import add_radius, predict_trajectories
+from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.safety.certificates import all_accept, make_standard_certificates
-from drake_starnav.safety.moving_certificate import STANDING_SPEED, MovingCertificate
+from drake_starnav.safety.certificates import all_accept
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import add_radius, predict_trajectories
-from drake_starnav.tracking.tracker import TrackedObstacles
 from tests.helpers.motions import actuation
 from tests.helpers.scans import MARGINS, cast, observe_scan
 from tests.helpers.scenes import hall
@@ -67,7 +67,7 @@ def avoided(
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)
     tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    asked = make_standard_certificates(inputs.surroundings, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
+    asked = make_certificates(inputs.surroundings, MARGINS.safety, COMMANDS, np.zeros(2), tracked)
     return avoid_collision(inputs, tracked, asked, COMMANDS, ROBOT)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import HIT
-from drake_starnav.tracking.surfaces import find_continuing_beams, find_runs, measure_chord
+from drake_starnav.moving.surfaces import find_continuing_beams, find_runs, measure_chord
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""

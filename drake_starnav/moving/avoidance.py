@@ -29,19 +29,19 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.control.inputs import ControllerInputs
-from drake_starnav.control.moving_modulation import moving_modulation
 from drake_starnav.control.path_following import CREEP, goal_slowdown
 from drake_starnav.geometry.compiled import kernel, leaf, put
-from drake_starnav.planning.guidance import PASSED_DISTANCE
+from drake_starnav.moving.certificate import MOVING_MARGIN, STANDING_SPEED
+from drake_starnav.moving.driving_times import next_way_point, time_to_escape, time_to_go, times_along
+from drake_starnav.moving.modulation import modulate_around_movers
+from drake_starnav.moving.prediction import HORIZON, PREDICTION_STEP
+from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import Velocity, cap_speed, limit_value, time_from_rest, velocity_towards, wrap_angle
+from drake_starnav.robot.limits import Velocity, cap_speed, limit_value, velocity_towards, wrap_angle
 from drake_starnav.robot.motion import Actuation, Pose, convert_to_velocity, integrate_step, ramp_velocity, roll_out
 from drake_starnav.safety.certificates import Certificate, all_accept
-from drake_starnav.safety.moving_certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.surroundings.region_union import RegionUnion, covers, find_cover
-from drake_starnav.tracking.prediction import HORIZON, PREDICTION_STEP
-from drake_starnav.tracking.tracker import TrackedObstacles
 
 SEGMENT = 5
 """Steps of a manoeuvre."""
@@ -276,7 +276,7 @@ def find_velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot
     velocity = robot.max_speed * way_vector / max(math.hypot(*way_vector), 1e-9)
     movers, settings = scene.movers, scene.settings
     inflated_radii = movers.radius + robot.radius + settings.spacing
-    around = moving_modulation(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
+    around = modulate_around_movers(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
     return around if math.hypot(*around) > STANDING_SPEED else None
 
 
@@ -328,19 +328,6 @@ def predict_discs(scene, start_time, steps):
             disc.hazard = speed * escape_time[j]
         start_time += STEP
     return discs
-
-
-@leaf
-def time_to_escape(distance, limits):
-    """Return the time in which a robot that stands drives a distance (m) out of the way of a mover, s.
-
-    Forwards or backwards, after a turn by an eighth of a circle, the mean of what is needed; no turn if it steers or is
-    holonomic.
-    """
-    turn = 0.0
-    if limits.holonomic == 0.0 and limits.steers == 0.0:
-        turn = turning_time(0.25 * math.pi, 0.0, (limits.max_yaw_rate, limits.max_yaw_acceleration))
-    return turn + time_from_rest(distance, limits.max_speed, limits.max_acceleration)
 
 
 @kernel
@@ -516,7 +503,8 @@ def total_cost(rollout, discs, scene):
     comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
     if time == np.inf:  # else it has been at the goal, wherever it goes to make way
         comfort_cost = max(comfort_cost, comfort_to_go(rollout, discs, line, limits, radius))
-        time = rollout.time + time_to_go(line, scene.times_left, rollout, limits)
+        pose, velocity = Pose(rollout.x, rollout.y, rollout.yaw), velocity_at_end(rollout)
+        time = rollout.time + time_to_go(line, scene.times_left, rollout.way_point, pose, velocity, limits)
     return comfort_cost + rollout.risk + wall_cost(rollout, radius) + time + rollout.change_cost
 
 
@@ -682,92 +670,3 @@ def region_around(regions, region, x, y):
     if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
         return region
     return find_cover(regions, x, y, 0.0)
-
-
-@leaf
-def next_way_point(line, k, x, y, radius):
-    """Return the way point that a robot of a radius heads for once it has passed k.
-
-    A taut path bends around the obstacle that hides the following way point. That way point comes into view where the
-    robot crosses the backward extension of the leg that leads to it.
-    """
-    passed_distance = PASSED_DISTANCE * radius
-    while k + 1 < len(line):
-        dx, dy = x - line[k, 0], y - line[k, 1]
-        leg_x, leg_y = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
-        bend_side = (line[k, 0] - line[k - 1, 0]) * leg_y - (line[k, 1] - line[k - 1, 1]) * leg_x
-        is_inside = bend_side * (leg_x * dy - leg_y * dx) >= 0.0
-        if is_inside and dx * dx + dy * dy > passed_distance * passed_distance:
-            break
-        k += 1
-    return k
-
-
-@kernel
-def times_along(line, limits):
-    """Return the times from each way point to the end, starting along the next leg at full speed, shape (n,), s."""
-    times = np.zeros(len(line))
-    next_heading = 0.0
-    for k in range(len(line) - 2, 0, -1):
-        dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
-        heading = math.atan2(dy, dx)
-        times[k] = math.hypot(dx, dy) / limits.max_speed + times[k + 1]
-        if k + 2 < len(line):
-            times[k] += heading_loss(wrap_angle(next_heading - heading), full_speed(limits), limits)
-        next_heading = heading
-    return times
-
-
-@leaf
-def time_to_go(line, times_left, rollout, limits):
-    """Return the time from the end of a rollout over the way points ahead, s; `times_left` as from `times_along`."""
-    k, velocity = rollout.way_point, velocity_at_end(rollout)
-    dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
-    heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrap_angle(heading - rollout.yaw), velocity, limits)
-    if k + 1 < len(line):
-        leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
-        time += times_left[k] + heading_loss(wrap_angle(leg - heading), full_speed(limits), limits)
-    return time
-
-
-@leaf
-def full_speed(limits):
-    """Return the `Velocity` straight ahead at full speed."""
-    return Velocity(limits.max_speed, 0.0, 0.0)
-
-
-@leaf
-def heading_loss(error, velocity, limits):
-    """Return the time lost until a robot with this heading error and `Velocity` drives along its path at full speed, s.
-
-    The duration of the turn, unless the base needs none, plus the time lost while the speed along the path grows to the
-    maximum. A base that steers turns at full speed.
-    """
-    missing_speed = limits.max_speed - velocity.ahead * math.cos(error) - velocity.aside * math.sin(error)
-    speed_up_time = missing_speed * missing_speed / (2.0 * limits.max_acceleration * limits.max_speed)
-    if limits.holonomic > 0.0:
-        return speed_up_time
-    if limits.steers > 0.0:
-        speed = limits.max_speed
-        rates = speed * limits.max_yaw_rate, speed * limits.max_yaw_acceleration
-        return turning_time(error, velocity.turning * velocity.ahead, rates) + speed_up_time
-    return turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + speed_up_time
-
-
-@leaf
-def turning_time(angle, rate, most):
-    """Return the least time in which a robot that turns at `rate` turns by `angle` and stops, s.
-
-    `most` are its largest turning rate, rad/s, and change of that, rad/s^2.
-    """
-    rate_max, acceleration = most
-    if angle < 0.0:
-        angle, rate = -angle, -rate
-    overshoot = rate * rate / (2.0 * acceleration) - angle
-    if rate > 0.0 and overshoot > 0.0:  # it stops too late: past the angle, and back
-        return rate / acceleration + 2.0 * math.sqrt(overshoot / acceleration)
-    peak_rate = math.sqrt(acceleration * angle + 0.5 * rate * rate)
-    if peak_rate <= rate_max:
-        return (2.0 * peak_rate - rate) / acceleration
-    return (2.0 * rate_max - rate + (peak_rate * peak_rate - rate_max * rate_max) / rate_max) / acceleration

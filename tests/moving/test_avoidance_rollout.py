@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.control.avoidance import (
+from drake_starnav.moving.avoidance import (
     CONTACT_COST,
     DRIVE_IN_DIRECTION,
     FOLLOW_PATH,
@@ -23,11 +23,11 @@ from drake_starnav.control.avoidance import (
     time_to_escape,
     times_along,
 )
+from drake_starnav.moving.certificate import MOVING_MARGIN
+from drake_starnav.moving.prediction import PREDICTION_STEP
 from drake_starnav.robot import Limits
-from drake_starnav.safety.moving_certificate import MOVING_MARGIN
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
-from drake_starnav.tracking.prediction import PREDICTION_STEP
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, cast
 

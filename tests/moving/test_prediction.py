@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.prediction import (
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.prediction import (
     OCCLUSION_SPACING,
     PREDICTION_STEP,
     find_occlusion_points,

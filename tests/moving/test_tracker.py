@@ -10,9 +10,9 @@ from shapely import LineString, Point, Polygon, box
 
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC
-from drake_starnav.safety.moving_certificate import GROWTH, RADIUS, find_reachable_discs
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackerState, join_tracks, track
+from drake_starnav.moving.certificate import GROWTH, RADIUS, find_reachable_discs
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackerState, join_tracks, track
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, cast_rolling, seeds
 from tests.helpers.scenes import PERIOD, Scene, hall, straight

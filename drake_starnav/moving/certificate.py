@@ -35,10 +35,13 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, put
 from drake_starnav.geometry.footprint import find_top_speed, gap_to_disc
+from drake_starnav.moving.kalman_tracks import Tracks
+from drake_starnav.moving.parameters import DynamicObstacleParameters
+from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot.motion import Actuation, Motion
-from drake_starnav.tracking.kalman_tracks import Tracks
-from drake_starnav.tracking.parameters import DynamicObstacleParameters
-from drake_starnav.tracking.tracker import TrackedObstacles
+from drake_starnav.safety.certificates import Certificate
+from drake_starnav.safety.clear import Clear
+from drake_starnav.surroundings.surroundings import Surroundings
 
 MOVING_MARGIN = 0.12
 """Clearance kept from obstacles that move, in cover radii of the robot."""
@@ -83,6 +86,22 @@ class MovingCertificate(NamedTuple):
     def accepts(self, motion: Motion) -> bool:
         """Return whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
         return _stays_clear(motion.samples, motion.braking, self, motion.footprint.body)
+
+
+def make_certificates(
+    surroundings: Surroundings, margin: float, actuation: Actuation, position: np.ndarray, tracked: TrackedObstacles
+) -> tuple[Certificate, Certificate]:
+    """Return the certificates among obstacles that move: against what stands still, and against what moves.
+
+    Args:
+        surroundings: what is known of the space around the robot.
+        margin: kept to static obstacles, m.
+        actuation: what commands do.
+        position: of the robot, shape (2,), W, m.
+        tracked: the moving obstacles.
+    """
+    clear = Clear(surroundings, margin, actuation.footprint)
+    return clear, MovingCertificate.near(tracked, position, actuation)
 
 
 def find_reachable_discs(

@@ -18,7 +18,7 @@ ON_RIM = 1e-9
 """Gamma - 1 of places on the rim or inside, where weights would be infinite."""
 
 
-def moving_modulation(
+def modulate_around_movers(
     position: np.ndarray, velocity: np.ndarray, centers: np.ndarray, velocities: np.ndarray, radii: np.ndarray
 ) -> np.ndarray:
     """The velocity modulated around discs that move, shape (2,), W, m/s.

@@ -1,0 +1,1 @@
+"""Obstacles that move: they are tracked in scans, certified against, and avoided."""

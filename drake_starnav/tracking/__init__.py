@@ -1,1 +1,0 @@
-"""Scans -> dynamic obstacles."""
