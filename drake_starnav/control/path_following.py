@@ -6,9 +6,9 @@ import numpy as np
 
 from drake_starnav.control.free_heading import free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
-from drake_starnav.control.manoeuvre_following import follow_manoeuvre
 from drake_starnav.control.modulation import modulate_direction
 from drake_starnav.geometry.compiled import kernel, leaf
+from drake_starnav.manoeuvres.following import follow_manoeuvre
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist

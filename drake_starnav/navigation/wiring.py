@@ -19,7 +19,7 @@ from drake_starnav.navigation.validation import (
     check_start,
     check_time_step,
 )
-from drake_starnav.planning import Guidance, plan_step
+from drake_starnav.planning import Guidance
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.safety.zones import KeepOut
 from drake_starnav.scenario.schema import Scenario
@@ -251,7 +251,7 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
         scenario.planner,
         config.margins,
         goal_tolerance=scenario.simulation.goal_tolerance,
-        step=function_of(parts.planner) or plan_step,
+        step=function_of(parts.planner),
         closed_areas=[rule for rule in rules if isinstance(rule, KeepOut)],
         stopwatch=config.stopwatch,
     )

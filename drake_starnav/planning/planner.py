@@ -1,7 +1,5 @@
 """The planner as a pure step: planner state and a new scan in, planner state with a path out."""
 
-import math
-
 import numpy as np
 
 from drake_starnav.errors import StarnavError
@@ -17,7 +15,6 @@ from drake_starnav.planning.closures import (
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import inflated_hits
 from drake_starnav.planning.looking import sees_exit_after_turn, turn_to_unseen
-from drake_starnav.planning.manoeuvre import step_docking, step_manoeuvre
 from drake_starnav.planning.map_revision import consistent_regions
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, is_facing, is_turning
 from drake_starnav.planning.roadmap import StarRoadmap, replace_regions, uncovered_share
@@ -62,8 +59,9 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     Source: in the place of Algorithm 1 of the paper, lines 9 to 19, and of its section III-C.
     """
     observation = inputs.observation
-    if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
+    if not can_plan(state, inputs):
         return state
+    assert observation.region is not None
     check_beams(state.roadmap, observation)
     state, has_stalled = track_progress(state, inputs)
     current_region = state.roadmap.closures.open_part(observation.region)
@@ -78,9 +76,12 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = drop_passed_points(state, check)
     if not len(state.route.path):
         state = replan(state, has_stalled, inputs)
-    if inputs.has_limited_view:
-        state = turn_to_unseen(state, inputs)
-    return state if inputs.manoeuvre_context is None else update_manoeuvre(state, inputs)
+    return turn_to_unseen(state, inputs) if inputs.has_limited_view else state
+
+
+def can_plan(state: PlannerState, inputs: PlannerInput) -> bool:
+    """Return whether there is a scan to plan with, and the goal is not given up."""
+    return state.status is not PlannerStatus.UNREACHABLE and inputs.observation.region is not None
 
 
 def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
@@ -326,17 +327,3 @@ def is_at_unseen_exit(route: Route, current_region: StarRegion, inputs: PlannerI
     if route.exit is None or distance_to(route.exit[0], inputs.position) > PASSED_DISTANCE * inputs.robot_radius:
         return False
     return find_cover(current_region.as_union, *route.exit[1], 0.0) < 0
-
-
-def update_manoeuvre(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """Return the state with the manoeuvres of a robot that is no disc."""
-    context = inputs.manoeuvre_context
-    assert context is not None
-    pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
-    if math.isfinite(inputs.heading):
-        dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
-        manoeuvre = step_docking(state.manoeuvre, dock, pose, inputs.time, context, patience)
-    else:
-        path = EMPTY_PATH if may_stand(state, inputs) else state.route.path
-        manoeuvre = step_manoeuvre(state.manoeuvre, path, pose, inputs.time, context, patience)
-    return replace_fields(state, manoeuvre=manoeuvre)

@@ -8,21 +8,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplify_polyline
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.frontiers import find_all_gaps
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.planning.manoeuvre import ManoeuvreContext, ManoeuvreState
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.string_pulling import farthest_in_sight
+from drake_starnav.robot import Base, Limits
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
+from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 UNSET_POSITION = np.full(2, np.inf)
 """A position infinitely far from every place, m."""
-EMPTY_PATH = np.zeros((0, 2))
+EMPTY_PATH, NO_POSES = np.zeros((0, 2)), np.zeros((0, 4))
 STRAIGHT = 0.08
 """Frontiers are shown as lines that are off by up to this, in radii of the robot."""
 
@@ -94,6 +96,54 @@ class Progress(NamedTuple):
     dead_end: DeadEnd | None = None
     standing_since: float = 0.0
     unseen_heading: float = math.nan
+
+
+class ManoeuvreContext(NamedTuple):
+    """A robot that is no disc.
+
+    Attributes:
+        footprint: of the robot.
+        surroundings: what its certificate knows.
+        margin: that the certificate keeps, m.
+        motion_primitives: of its manoeuvres, see `Base.motion_primitives`.
+        limits: of its drive.
+        base: how it moves.
+    """
+
+    footprint: Footprint
+    surroundings: Surroundings
+    margin: float
+    motion_primitives: np.ndarray
+    limits: Limits
+    base: Base
+
+
+class ManoeuvreState(NamedTuple):
+    """What the planner knows of the robot's manoeuvres.
+
+    Attributes:
+        poses: shape (k, 4), still ahead: x, y, yaw in W, and the gear: 0 turns on the spot, 1 drives forwards, -1
+            backwards.
+        since: when one of them was last reached, s.
+        pose: where the robot last moved to, shape (3,).
+        still_since: since when it has been there, s.
+        least_left: how much of its path was left where least was, m.
+        winding: by how much it has turned since then, to the left, rad.
+        end: x, y of the path's end, W, m, and the robot's heading at the last scan, rad.
+        attempts: shape (n, 2), where the last ones began, or were searched in vain, since the way was last given up,
+            W, m.
+        gives_up: whether no more is tried on this way.
+    """
+
+    poses: np.ndarray = NO_POSES
+    since: float = 0.0
+    pose: np.ndarray = np.full(3, np.inf)
+    still_since: float = 0.0
+    least_left: float = math.inf
+    winding: float = 0.0
+    end: tuple[float, float, float] = (math.inf, math.inf, 0.0)
+    attempts: np.ndarray = EMPTY_PATH
+    gives_up: bool = False
 
 
 @snapshot

@@ -40,7 +40,7 @@ class Base(Protocol):
     def holonomic(self) -> bool:
         """Whether it drives in any direction without turning."""
 
-    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+    def motion_primitives(self, radius: float, limits: Limits) -> np.ndarray:
         """Moves of a manoeuvre, shape (k, 5): dx, dy, dyaw in the robot's frame, m and rad, cost, m, and gear.
 
         Gear 0 turns on the spot, 1 drives forwards or aside, -1 backwards. The robot turns within a `radius` (m).
@@ -70,7 +70,7 @@ class Base(Protocol):
         Args:
             ahead, aside: where it is in the robot's frame, m.
             turn: by how much it is turned against the robot, rad.
-            gear: in which it is to be reached, as in `moves`.
+            gear: in which it is to be reached, as in `motion_primitives`.
             speed: at which, m/s.
             limits: of the robot; its turns on the spot end at rest.
         """
@@ -82,7 +82,7 @@ def convert_to_twist(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
 
 
 def straight_and_curved(length: float, turn: float) -> list[tuple]:
-    """Rows of `Base.moves`: straight on by a length (m), and 1.2 of it with a turn (rad) either way, in both gears."""
+    """Return `motion_primitives` in both gears: straight on by a length (m), and 1.2 of it with turns (rad)."""
     rows = []
     for gear in (1.0, -1.0):
         cost = 1.0 if gear > 0.0 else 1.2  # of a metre

@@ -22,7 +22,7 @@ class Car(Differential):
     components = ("v m/s", "curvature 1/m")
     turns_on_the_spot, steers, holonomic = False, True, False
 
-    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+    def motion_primitives(self, radius: float, limits: Limits) -> np.ndarray:
         """No longer than turns by TURN are, on any circle that it can drive."""
         length = min(MOVE * radius, TURN / (1.2 * limits.max_yaw_rate))
         curved_moves = [straight_and_curved(length, 1.2 * length * share * limits.max_yaw_rate) for share in CURVES]

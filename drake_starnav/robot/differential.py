@@ -22,7 +22,7 @@ class Differential:
     components = ("v m/s", "omega rad/s")
     turns_on_the_spot, steers, holonomic = True, False, False
 
-    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+    def motion_primitives(self, radius: float, limits: Limits) -> np.ndarray:
         turning_moves = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
         return np.array([*straight_and_curved(MOVE * radius, TURN), *turning_moves])
 

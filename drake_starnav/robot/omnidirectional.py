@@ -21,7 +21,7 @@ class Omnidirectional:
     components = ("v_x m/s", "v_y m/s", "omega rad/s")
     turns_on_the_spot, steers, holonomic = True, False, True
 
-    def moves(self, radius: float, limits: Limits) -> np.ndarray:
+    def motion_primitives(self, radius: float, limits: Limits) -> np.ndarray:
         straight_moves = [(math.cos(a), math.sin(a), 0.0, 1.0, 1.0) for a in np.arange(8) * math.pi / 4.0]
         turning_moves = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
         length = MOVE * radius

@@ -175,9 +175,9 @@ class RobotParameters(Checked, place="robot"):
         return BASES[self.base]
 
     @cached_property
-    def moves(self) -> np.ndarray:
-        """The moves of its manoeuvres, see `Base.moves`."""
-        return self.drive.moves(self.shape.radius, self.limits)
+    def motion_primitives(self) -> np.ndarray:
+        """The motion primitives of its manoeuvres, see `Base.motion_primitives`."""
+        return self.drive.motion_primitives(self.shape.radius, self.limits)
 
 
 def _tuples(value: Any) -> Any:

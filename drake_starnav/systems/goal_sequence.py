@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 
 from drake_starnav.geometry.footprint import Footprint, disc, find_top_speed
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.planning.pose_search import NEAR_GOAL, REACH
+from drake_starnav.manoeuvres.pose_search import NEAR_GOAL, REACH
 from drake_starnav.robot import BASES, Base
 from drake_starnav.utils.timing import check_period
 

@@ -12,13 +12,13 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import transform_points
+from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
-from drake_starnav.planning.manoeuvre import ManoeuvreContext
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.planner import PROGRESS_DISTANCE
-from drake_starnav.planning.state import PlannerStatus, PlanStep
+from drake_starnav.planning.state import ManoeuvreContext, PlannerStatus, PlanStep
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import time_from_rest
 from drake_starnav.safety import KeepOut
@@ -100,21 +100,22 @@ class StarRoadmapPlanner(LeafSystem):
         margins: Margins,
         *,
         goal_tolerance: float = 0.0,
-        step: PlanStep = plan_step,
+        step: PlanStep | None = None,
         closed_areas: Sequence[KeepOut] = (),
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
         Args:
             goal_tolerance: a robot this near to the goal has reached it, m.
-            step: one update as a pure function.
+            step: one update as a pure function; None: `plan_step`, with manoeuvres of a robot that is no disc.
             closed_areas: that the robot must stay out of, though nothing is to be seen there.
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
         ahead = time_from_rest(PROGRESS_DISTANCE * robot.shape.cover_radius, robot.max_speed, robot.max_acceleration)
         planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * ahead))
-        self._planner, self._goal_tolerance, self._step = planner, goal_tolerance, step
+        self._planner, self._goal_tolerance = planner, goal_tolerance
+        self._step = step or (plan_step if robot.shape.is_disc else plan_with_manoeuvres)
         self._robot, self._margins = robot, margins
         self._stopwatch = stopwatch or Stopwatch()
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
@@ -184,7 +185,9 @@ class StarRoadmapPlanner(LeafSystem):
         if robot.shape.is_disc or not self._surroundings.HasValue(context):
             return None
         surroundings = self._surroundings.Eval(context)
-        return ManoeuvreContext(robot.shape, surroundings, self._margins.safety, robot.moves, robot.limits, robot.drive)
+        return ManoeuvreContext(
+            robot.shape, surroundings, self._margins.safety, robot.motion_primitives, robot.limits, robot.drive
+        )
 
     def _state(self, context: Context) -> PlannerState:
         return self._plans.Eval(context).state

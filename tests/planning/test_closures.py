@@ -7,17 +7,17 @@ import pytest
 
 from drake_starnav.geometry.polyline import distance_to_segment
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
+from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.closed_places import CLOSED, Closures
 from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, close_path, narrow_gap_hits, reopen_closures
-from drake_starnav.planning.manoeuvre import ManoeuvreState
-from drake_starnav.planning.state import Route
+from drake_starnav.planning.state import ManoeuvreState, Route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
-from tests.planning.test_manoeuvre import DOOR, SHAPE, SHAPES, body
+from tests.manoeuvres.test_manoeuvre import DOOR, SHAPE, SHAPES, body
 
 PARAMETERS = PlannerParameters()
 
@@ -80,11 +80,11 @@ def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
         SHAPE.cover_radius,
         manoeuvre_context=body(DOOR, pose),
     )
-    first = plan_step(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
+    first = plan_with_manoeuvres(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
     assert not len(failed(first)) and not first.retrying
     np.testing.assert_allclose(failed(close_path(first, first.guidance.path, now)), [(0.55, 0.0)], atol=0.12)
     shuttling, later = dataclasses.replace(first, manoeuvre=ManoeuvreState(gives_up=True)), now._replace(time=0.1)
-    given_up, others = plan_step(shuttling, later), plan_step(first, later)
+    given_up, others = plan_with_manoeuvres(shuttling, later), plan_with_manoeuvres(first, later)
     assert given_up.retrying and not others.retrying  # it was the only way
     assert not given_up.manoeuvre.gives_up
 

@@ -49,7 +49,7 @@ def test_the_law_comes_nearer_to_what_lies_ahead(name):
 
 @pytest.mark.parametrize("name", BASES)
 def test_moves_are_those_of_the_base(name):
-    moves = ROBOTS[name].moves
+    moves = ROBOTS[name].motion_primitives
     turning, driving = moves[moves[:, 4] == 0.0], moves[moves[:, 4] != 0.0]
     assert (len(turning) > 0) == ROBOTS[name].drive.turns_on_the_spot
     assert (abs(driving[:, 1]) > 1e-9).any() == ROBOTS[name].drive.holonomic

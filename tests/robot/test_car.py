@@ -41,7 +41,7 @@ def test_it_steers_towards_a_direction(error):
 def test_its_manoeuvres_are_circles_that_it_can_drive_and_almost_the_least_one(radius, least_radius):
     """With some curvature left to follow them, and no longer than the robot."""
     robot = RobotParameters(base="car", least_radius=least_radius, radius=radius, max_speed=0.05)
-    length, turn = robot.moves[:, 0], abs(robot.moves[:, 2])
+    length, turn = robot.motion_primitives[:, 0], abs(robot.motion_primitives[:, 2])
     circles = abs(length[turn > 0.0]) / turn[turn > 0.0]
     assert circles.min() == pytest.approx(1.0 / (0.6 * robot.limits.max_yaw_rate))
     assert abs(length).max() < 0.5 * radius and turn.max() < 0.5

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from drake_starnav.planning.manoeuvre import count_reached
+from drake_starnav.manoeuvres.manoeuvre import count_reached
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import stopping_speed
 
@@ -18,7 +18,7 @@ def follow_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters
 
     Args:
         pose: (x, y, yaw) of the robot, W, m and rad.
-        poses: shape (k, 4), as of `planning.manoeuvre.ManoeuvreState`.
+        poses: shape (k, 4), as of `planning.state.ManoeuvreState`.
         robot: that drives them.
     """
     base, limits, radius = robot.drive, robot.limits, robot.shape.radius

@@ -8,17 +8,24 @@ another way is planned, on which it may try anew.
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import distance_to_segment, measure_arc_lengths, resample_polyline
-from drake_starnav.planning.pose_search import CELL, NEAR_GOAL, REACH, SPACING, search_poses
+from drake_starnav.manoeuvres.pose_search import CELL, NEAR_GOAL, REACH, SPACING, search_poses
+from drake_starnav.planning.planner import can_plan, may_stand, plan_step
+from drake_starnav.planning.state import (
+    EMPTY_PATH,
+    NO_POSES,
+    ManoeuvreContext,
+    ManoeuvreState,
+    PlannerInput,
+    PlannerState,
+)
 from drake_starnav.robot import Base
-from drake_starnav.robot.limits import Limits, time_from_rest, wrap_angle
+from drake_starnav.robot.limits import time_from_rest, wrap_angle
 from drake_starnav.surroundings.chords import Chords
-from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.utils.snapshot import replace_fields
 
 RANK_COST = 1.06
 """What a goal costs more than the one before it, beside the way by which it is nearer than the first; all lengths here
@@ -43,69 +50,29 @@ DOCKED = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
 DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))])
 """Places beside a goal that serve as well, in shares of its tolerance."""
-NO_POSES = np.zeros((0, 4))
 
 
-class ManoeuvreContext(NamedTuple):
-    """A robot that is no disc.
-
-    Attributes:
-        footprint: of the robot.
-        star: what its certificate knows.
-        margin: that the certificate keeps, m.
-        moves: of its manoeuvres, as of `Base.moves`.
-        limits: of its drive.
-        base: how it moves.
-    """
-
-    footprint: Footprint
-    surroundings: Surroundings
-    margin: float
-    moves: np.ndarray
-    limits: Limits
-    base: Base
-
-    @property
-    def stuck_time(self) -> float:
-        """How long it stands before it counts as stuck, s."""
-        limits = self.limits
-        return max(
-            STUCK, 2.0 * time_from_rest(MOVED * self.footprint.radius, limits.max_speed, limits.max_acceleration)
-        )
-
-
-class ManoeuvreState(NamedTuple):
-    """What the planner knows of the robot's manoeuvres.
-
-    Attributes:
-        poses: shape (k, 4), still ahead: x, y, yaw in W, and the gear: 0 turns on the spot, 1 drives forwards, -1
-            backwards.
-        since: when one of them was last reached, s.
-        pose: where the robot last moved to, shape (3,).
-        still_since: since when it has been there, s.
-        least_left: how much of its path was left where least was, m.
-        winding: by how much it has turned since then, to the left, rad.
-        end: x, y of the path's end, W, m, and the robot's heading at the last scan, rad.
-        attempts: where the last ones began, or were searched in vain, since the way was last given up, shape (n, 2),
-            W, m.
-        gives_up: whether no more is tried on this way.
-    """
-
-    poses: np.ndarray = NO_POSES
-    since: float = 0.0
-    pose: np.ndarray = np.full(3, np.inf)
-    still_since: float = 0.0
-    least_left: float = math.inf
-    winding: float = 0.0
-    end: tuple[float, float, float] = (math.inf, math.inf, 0.0)
-    attempts: np.ndarray = np.zeros((0, 2))
-    gives_up: bool = False
+def plan_with_manoeuvres(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+    """Update the planner as `plan_step` does, and the manoeuvres of a robot that is no disc."""
+    if not can_plan(state, inputs):
+        return state
+    state, context = plan_step(state, inputs), inputs.manoeuvre_context
+    if context is None:
+        return state
+    pose, patience = inputs.observation.pose, inputs.parameters.progress_timeout
+    if math.isfinite(inputs.heading):
+        dock = np.array((*inputs.goal, inputs.heading, inputs.goal_tolerance))
+        manoeuvre = step_docking(state.manoeuvre, dock, pose, inputs.time, context, patience)
+    else:
+        path = EMPTY_PATH if may_stand(state, inputs) else state.route.path
+        manoeuvre = step_manoeuvre(state.manoeuvre, path, pose, inputs.time, context, patience)
+    return replace_fields(state, manoeuvre=manoeuvre)
 
 
 def step_manoeuvre(
     before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
 ) -> ManoeuvreState:
-    """Return the manoeuvres after a scan: what was reached is left out, and one begins if the robot is stuck.
+    """Return the manoeuvres after a scan: poses that are reached are left out, and one begins if the robot is stuck.
 
     Args:
         before: those after the scan before.
@@ -115,28 +82,28 @@ def step_manoeuvre(
         context: of the robot.
         patience: a manoeuvre is given up if no pose of it is reached for this long, s.
     """
-    after = before._replace(attempts=before.attempts[:0], gives_up=False) if before.gives_up else before
-    after, unit = update_winding(after, path, pose, context.footprint.radius), context.footprint.radius
-    if not len(path) or _has_moved(before, pose, unit):
-        after = after._replace(pose=pose.copy(), still_since=time)
-    if len(after.poses):
-        passed = count_reached(pose, after.poses, context.base, unit)
-        if passed == len(after.poses) or not len(path) or is_roomy(pose, path, context):
-            return after._replace(poses=NO_POSES, still_since=time)
-        if passed:
-            return after._replace(poses=after.poses[passed:], since=time)
-        if time - after.since < patience and time - after.still_since < 2.0 * context.stuck_time:
-            return after
-        after = after._replace(poses=NO_POSES)
-    if time - after.still_since < context.stuck_time and abs(after.winding) < CIRCLED:
-        return after
-    after = after._replace(winding=0.0)
-    tries = int((np.hypot(*(after.attempts - pose[:2]).T) < SAME_PLACE * unit).sum())
+    state, radius = before._replace(gives_up=False), context.footprint.radius
+    if before.gives_up:
+        state = state._replace(attempts=EMPTY_PATH)
+    state = update_winding(state, path, pose, radius)
+    if not len(path) or has_moved(before, pose, radius):
+        state = state._replace(pose=pose.copy(), still_since=time)
+    if len(state.poses):
+        if not len(path) or is_roomy(pose, path, context):
+            return end_manoeuvre(state, time)
+        next_state = drop_reached_poses(state, pose, time, context)
+        is_still = time - state.still_since >= 2.0 * find_stuck_time(context)
+        if next_state is not state or (time - state.since < patience and not is_still):
+            return next_state
+        state = state._replace(poses=NO_POSES)
+    if time - state.still_since < find_stuck_time(context) and abs(state.winding) < CIRCLED:
+        return state
+    state = state._replace(winding=0.0)
+    tries = len(find_attempts_near(state, pose, SAME_PLACE * radius))
     if tries >= TRIES:
-        return after._replace(still_since=time, gives_up=True)
-    attempts = np.vstack((after.attempts[1 - REMEMBERED :], pose[:2]))
+        return state._replace(still_since=time, gives_up=True)
     poses = find_manoeuvre(pose, path, context, tries)
-    return after._replace(poses=poses, since=time, still_since=time, attempts=attempts)
+    return begin_manoeuvre(state, poses, state.attempts, pose, time)
 
 
 def step_docking(
@@ -147,29 +114,62 @@ def step_docking(
     Where no way is found, it waits longer each time. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the
     goal, W, and its tolerance, m: a robot that turns on the spot gets to the very place.
     """
-    after, turns = before._replace(gives_up=False), context.base.turns_on_the_spot
-    if _has_moved(before, pose, context.footprint.radius):
-        after = after._replace(pose=pose.copy(), still_since=time if turns else after.still_since)
-    if len(after.poses):
-        passed = count_reached(pose, after.poses, context.base, context.footprint.radius)
-        if passed < len(after.poses) and (passed or time - after.since < patience):
-            return after._replace(poses=after.poses[passed:], since=time if passed else after.since)
-        after = after._replace(poses=NO_POSES, still_since=time)
-    near = after.attempts[np.hypot(*(after.attempts - pose[:2]).T) < REACH * context.footprint.radius]
-    docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
-    docked = docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
-    if docked or time - after.still_since < context.stuck_time * (1 + len(near)):
-        return after
-    wanted = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
+    state, radius, turns = before._replace(gives_up=False), context.footprint.radius, context.base.turns_on_the_spot
+    if has_moved(before, pose, radius):
+        state = state._replace(pose=pose.copy(), still_since=time if turns else state.still_since)
+    if len(state.poses):
+        next_state = drop_reached_poses(state, pose, time, context)
+        if next_state is not state or time - state.since < patience:
+            return next_state
+        return end_manoeuvre(state, time)
+    attempts = find_attempts_near(state, pose, REACH * radius)
+    is_docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
+    is_docked = is_docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
+    if is_docked or time - state.still_since < find_stuck_time(context) * (1 + len(attempts)):
+        return state
+    goals = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
     if turns:  # or beside it, where the walls leave more room
-        wanted = np.vstack((wanted, wanted + DOCKS * dock[3]))
-    poses = _search_manoeuvre(pose, wanted, context, len(near))
-    return after._replace(
-        poses=poses, since=time, still_since=time, attempts=np.vstack((near[1 - REMEMBERED :], pose[:2]))
-    )
+        goals = np.vstack((goals, goals + DOCKS * dock[3]))
+    poses = _search_manoeuvre(pose, goals, context, len(attempts))
+    return begin_manoeuvre(state, poses, attempts, pose, time)
 
 
-def _has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
+def drop_reached_poses(
+    state: ManoeuvreState, pose: np.ndarray, time: float, context: ManoeuvreContext
+) -> ManoeuvreState:
+    """Return the state without the poses that are reached; the same state if none is."""
+    passed = count_reached(pose, state.poses, context.base, context.footprint.radius)
+    if passed == len(state.poses):
+        return end_manoeuvre(state, time)
+    return state._replace(poses=state.poses[passed:], since=time) if passed else state
+
+
+def begin_manoeuvre(
+    state: ManoeuvreState, poses: np.ndarray, attempts: np.ndarray, pose: np.ndarray, time: float
+) -> ManoeuvreState:
+    """Return the state with poses (k, 4) that are driven from now on, and one more attempt, at the robot's pose."""
+    attempts = np.vstack((attempts[1 - REMEMBERED :], pose[:2]))
+    return state._replace(poses=poses, since=time, still_since=time, attempts=attempts)
+
+
+def end_manoeuvre(state: ManoeuvreState, time: float) -> ManoeuvreState:
+    """Return the state without a manoeuvre; the robot counts as moving now."""
+    return state._replace(poses=NO_POSES, still_since=time)
+
+
+def find_attempts_near(state: ManoeuvreState, pose: np.ndarray, distance: float) -> np.ndarray:
+    """Return where attempts began within a distance (m) of a pose, shape (n, 2), W, m."""
+    return state.attempts[np.hypot(*(state.attempts - pose[:2]).T) < distance]
+
+
+def find_stuck_time(context: ManoeuvreContext) -> float:
+    """Return how long a robot stands before it counts as stuck, s."""
+    limits = context.limits
+    start_time = time_from_rest(MOVED * context.footprint.radius, limits.max_speed, limits.max_acceleration)
+    return max(STUCK, 2.0 * start_time)
+
+
+def has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
     """Return whether a robot of a radius has moved or turned since it last did, to be at a pose."""
     x, y, yaw = before.pose.tolist()
     if not math.dist(pose[:2], (x, y)) < MOVED * unit:
@@ -238,7 +238,7 @@ def _search_manoeuvre(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreCo
     surfaces = _near_surfaces(context.surroundings.view.chords, pose[:2], unit)
     margin = context.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
     return search_poses(
-        pose, wanted, context.moves, context.footprint, margin, (surfaces, context.surroundings.other_views)
+        pose, wanted, context.motion_primitives, context.footprint, margin, (surfaces, context.surroundings.other_views)
     )
 
 

@@ -78,7 +78,7 @@ class Space(NamedTuple):
 def search_poses(
     start: np.ndarray,
     goals: np.ndarray,
-    moves: np.ndarray,
+    motion_primitives: np.ndarray,
     footprint: Footprint,
     margin: float,
     seen: tuple[Chords, ViewArrays],
@@ -89,7 +89,7 @@ def search_poses(
         start: (x, y, yaw) of the robot, W.
         goals: shape (n, 5): x, y, yaw in W, the largest error of the heading, rad, and what it costs to end there, m.
             If all these errors are 0, the way ends exactly there; the base then turns on the spot.
-        moves: of the base, as of `Base.moves`.
+        motion_primitives: of the base, see `Base.motion_primitives`.
         footprint: of the robot.
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
         seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
@@ -104,10 +104,10 @@ def search_poses(
     (surfaces, views), none = seen, np.zeros(len(seen[0].ends), np.bool_)
     solid = surfaces.is_surface
     bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
-    spot = (moves[:, 4] == 0.0).any()
+    spot = (motion_primitives[:, 4] == 0.0).any()
     bends = [(a, a, b, max(a, b), 1.0) for a in FIRST_SHARES for b in (FIRST_SHARES if spot else (a,))]
-    parts = np.vstack([moves * bend for bend in bends])
-    turning = moves[moves[:, 2] != 0.0]
+    parts = np.vstack([motion_primitives * bend for bend in bends])
+    turning = motion_primitives[motion_primitives[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
     chords = np.column_stack((bare.ends, none[solid]))
     clear = distances(np.array(grid[:2]), (SIDE, SIDE), cell, footprint.cover_radius + margin + 2.0 * cell, chords)
@@ -116,7 +116,7 @@ def search_poses(
 
     def way(starts: np.ndarray, ends: np.ndarray, leaves: bool) -> np.ndarray:
         to_go = _compute_costs_to_go(clear, inner[-1] - OFF_CENTRE * cell, ends, grid)
-        nodes, parents, last = _expand_poses(starts, ends, (moves, parts), to_go, turn_cost, space, leaves)
+        nodes, parents, last = _expand_poses(starts, ends, (motion_primitives, parts), to_go, turn_cost, space, leaves)
         poses = []
         while last >= 0:
             poses.append(nodes[last])

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.control.manoeuvre_following import follow_manoeuvre
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.planning.manoeuvre import count_reached
+from drake_starnav.manoeuvres.following import follow_manoeuvre
+from drake_starnav.manoeuvres.manoeuvre import count_reached
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, Pose, Velocity, advance_pose
 from drake_starnav.safety.shield import ramp_twist

@@ -7,14 +7,14 @@ import pytest
 import shapely
 
 from drake_starnav.geometry.footprint import covered, footprint
-from drake_starnav.planning.pose_search import FIRST_SHARES, NEAR_GOAL, search_poses
+from drake_starnav.manoeuvres.pose_search import FIRST_SHARES, NEAR_GOAL, search_poses
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.view_arrays import ViewArrays
 from drake_starnav.surroundings.view_history import ViewHistory
 
 SHAPE = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
-MOVES = {name: base.moves(SHAPE.radius, RobotParameters(base=name).limits) for name, base in BASES.items()}
+MOVES = {name: base.motion_primitives(SHAPE.radius, RobotParameters(base=name).limits) for name, base in BASES.items()}
 MARGIN, SPARE, ALIGNED = 0.02, 0.008, 0.3
 VIEWS = ViewArrays.of(ViewHistory())
 

@@ -7,16 +7,15 @@ import pytest
 import shapely
 
 from drake_starnav.geometry.footprint import Footprint, covered, footprint
-from drake_starnav.planning.manoeuvre import (
+from drake_starnav.manoeuvres.manoeuvre import (
     STUCK,
     TRIES,
-    ManoeuvreContext,
-    ManoeuvreState,
     count_reached,
     find_manoeuvre,
     step_docking,
     step_manoeuvre,
 )
+from drake_starnav.planning.state import ManoeuvreContext, ManoeuvreState
 from drake_starnav.robot import BASES, Base, RobotParameters
 from drake_starnav.robot.limits import wrap_angle
 from drake_starnav.worlds.world import World
@@ -30,7 +29,7 @@ LIMITS = RobotParameters().limits
 
 def body(world: World, pose: np.ndarray, shape: Footprint = SHAPE, base: Base = BASE) -> ManoeuvreContext:
     surroundings = observe_scan(cast(world, pose, beams=720), pose, shape.cover_radius + MARGIN, 2.0, shape=shape)
-    return ManoeuvreContext(shape, surroundings, MARGIN, base.moves(shape.radius, LIMITS), LIMITS, base)
+    return ManoeuvreContext(shape, surroundings, MARGIN, base.motion_primitives(shape.radius, LIMITS), LIMITS, base)
 
 
 def boxes(*sides: tuple[float, float, float, float]) -> World:
@@ -180,7 +179,9 @@ def test_a_car_at_its_goal_manoeuvres_to_its_heading(yaw: float) -> None:
     """And begins another manoeuvre while it is not there, but none once it is."""
     start, dock = np.zeros(3), np.array((0.2, 0.1, yaw))
     robot = RobotParameters(base="car")
-    car = body(boxes(), start)._replace(base=robot.drive, moves=robot.drive.moves(SHAPE.radius, robot.limits))
+    car = body(boxes(), start)._replace(
+        base=robot.drive, motion_primitives=robot.drive.motion_primitives(SHAPE.radius, robot.limits)
+    )
     now = step_docking(ManoeuvreState(), dock, start, STUCK, car, PATIENCE)
     assert (len(now.poses) == 0) == (yaw == 0.0)
     if len(now.poses):
