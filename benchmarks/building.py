@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.building_world import LIDAR, building, tour, tour_log
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step, planner, route
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.grid import Grid
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
@@ -38,7 +38,7 @@ PHASES = {
     "cost-to-go": (route, "build_cost_field"),
     "frontier": (route, "find_frontier_point"),
     "string pulling": (route, "pull_string"),
-    "distance grid": (DistanceGrid, "add_hits"),
+    "distance grid": (Grid, "add_hits"),
 }
 """Functions that are timed inside an update; some call others."""
 GOALS = ((59.0, 27.25), (1.0, 1.0), (59.0, 1.0), (29.0, 39.0))

@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import CostField
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.grid import Grid
 
 CELL = 0.4
 """Size of a cell, in radii of the robot."""
@@ -49,7 +49,7 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
     start, end = (np.rint((place - origin) / cell).astype(int) for place in (position, goal))
     cost = np.zeros(weight.shape, np.int32)
     bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
-    field = CostField(cost, weight, origin + cell, cell, DistanceGrid.empty(0.5 * cell, 0.0))
+    field = CostField(cost, weight, origin + cell, cell, Grid.empty(0.5 * cell, 0.0))
     path = field.path(position)
     if not len(path):
         return path

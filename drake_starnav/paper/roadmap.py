@@ -55,7 +55,7 @@ def generate_roadmap(state: PaperState, observation: Observation) -> PaperState:
         points = points[~other.contains(points).astype(bool)]
     return dataclasses.replace(
         state,
-        roadmap=append_node(state.roadmap, observation, state.roadmap.hits),  # lines 4 to 7
+        roadmap=append_node(state.roadmap, observation, state.roadmap.grid),  # lines 4 to 7
         points=np.vstack((state.points, points)),
         owners=np.append(state.owners, np.full(len(points), len(state.roadmap))),
         node=len(state.roadmap),

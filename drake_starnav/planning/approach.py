@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
+from drake_starnav.planning.grid import HIT_ERROR, Grid
 
 INSIDE = 0.2
 """The place lies inside the goal's tolerance by this much, in radii of the robot."""
@@ -24,9 +24,7 @@ class GoalCandidates(NamedTuple):
     places: np.ndarray
 
 
-def goal_candidates(
-    hits: DistanceGrid, goal: np.ndarray, tolerance: float, radius: float, margin: float
-) -> GoalCandidates:
+def goal_candidates(hits: Grid, goal: np.ndarray, tolerance: float, radius: float, margin: float) -> GoalCandidates:
     """Return the goal if it is clear of known hits; else all suitable places, and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.geometry.polyline import distance_to_segment, measure_arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
-from drake_starnav.planning.distance_grid import HIT_ERROR
+from drake_starnav.planning.grid import HIT_ERROR
 from drake_starnav.planning.impassable import find_narrowest_gap
 from drake_starnav.planning.map_revision import forget_contradicted
 from drake_starnav.planning.roadmap import add_node, rebuild_grid, refit_regions, replace_regions
@@ -57,8 +57,8 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     closures = replace_fields(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
     roadmap = replace_fields(state.roadmap, closures=closures, nodes=seen)
     if seen is not nodes:
-        hits = rebuild_grid(roadmap.hits.without_hits(), closures, seen, inputs.margins, inputs.robot_radius)
-        roadmap = replace_fields(roadmap, hits=hits)
+        grid = rebuild_grid(roadmap.grid, closures, seen, inputs.margins, inputs.robot_radius)
+        roadmap = replace_fields(roadmap, grid=grid)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
     state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or waits or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
@@ -84,9 +84,8 @@ def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
 
     def is_open(*causes: str) -> bool:
         closures = replace_fields(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
-        grid = roadmap.hits.without_hits()
-        hits = rebuild_grid(grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
-        tried = replace_fields(state, roadmap=replace_fields(roadmap, hits=hits, closures=closures))
+        grid = rebuild_grid(roadmap.grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
+        tried = replace_fields(state, roadmap=replace_fields(roadmap, grid=grid, closures=closures))
         return len(build_cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
 
     if not walls or not is_open() or is_open(*walls):

@@ -9,8 +9,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.bucket_search import UNREACHED, bucket_dijkstra
 from drake_starnav.planning.closed_places import CLOSED
-from drake_starnav.planning.distance_grid import STRIDE, TILE, DistanceGrid
-from drake_starnav.planning.known_cells import BLOCK, KnownCells
+from drake_starnav.planning.grid import BLOCK, STRIDE, TILE, Grid
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
@@ -42,7 +41,7 @@ class CostField:
     weight: np.ndarray
     origin: np.ndarray
     cell: float
-    grid: DistanceGrid
+    grid: Grid
 
     def path(self, start: np.ndarray) -> np.ndarray:
         """Return the shortest path from near `start` (2,) to the goal, shape (k, 2), W, m, maybe without a point.
@@ -63,20 +62,18 @@ class CostmapParams(NamedTuple):
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
         closures: shape (k, 2), W, m: cells within CLOSED of one are blocked.
-        known: cells that are in no region are unknown, and cost more by UNKNOWN_COST; none: all cost alike.
         doubt: cells that hits block by no more than this are passable, at DOUBT_COST, m.
         swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
     """
 
     robot_radius: float
     closures: np.ndarray = np.zeros((0, 2))
-    known: KnownCells = KnownCells()
     doubt: float = 0.0
     swept_radius: float = 0.0
 
 
 def cost_to_go(
-    grid: DistanceGrid,
+    grid: Grid,
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
@@ -86,7 +83,7 @@ def cost_to_go(
     """Return the cost of the cheapest path to the goal if all unknown space were free.
 
     Args:
-        grid: the hits.
+        grid: hits and coverage: cells in no region cost more by UNKNOWN_COST, unless there is no region at all.
         goal: shape (2,), W, m.
         low, high: corners of the box that is searched, W, m; it must contain the goal.
         terrain: which cells may be crossed.
@@ -104,8 +101,8 @@ def cost_to_go(
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
     limits = blocked - terrain.doubt, blocked, soft, swept
     weight = _weigh_cells(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
-    if terrain.known.whole.size:
-        _raise_unknown(weight, terrain.known, first // STRIDE, round(10.0 * UNKNOWN_COST))
+    if grid.coverage.whole.size:
+        _raise_unknown(weight, grid.coverage, first // STRIDE, round(10.0 * UNKNOWN_COST))
     _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
     end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
@@ -119,8 +116,8 @@ def _weigh_cells(grid, corner, count, limits, costs):
     """Return what crossing each cell costs in tenths, by the greatest distance in it; 0: blocked, as the border is.
 
     Args:
-        grid: `DistanceGrid.arrays`. Where it has no tile, cells are wide.
-        corner, count: as of `DistanceGrid.box`.
+        grid: `Grid.arrays`. Where it has no tile, cells are wide.
+        corner, count: as of `Grid.box`.
         limits: distances from which on a cell may be open, is open, is no longer near a wall, and is wide, m.
         costs: near a wall, where it is tight, and in doubt.
     """
@@ -153,9 +150,9 @@ def _weigh_cells(grid, corner, count, limits, costs):
 
 
 @kernel
-def _raise_unknown(weight, known, corner, more):
+def _raise_unknown(weight, coverage, corner, more):
     """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `corner`."""
-    first, whole, part = known
+    first, whole, part = coverage
     for i in range(1, weight.shape[0] - 1):
         p = corner[0] + i - 1 - BLOCK * first[0]
         for j in range(1, weight.shape[1] - 1):

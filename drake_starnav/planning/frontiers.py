@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
-from drake_starnav.planning.distance_grid import HIT_ERROR, distance_at
+from drake_starnav.planning.grid import HIT_ERROR, distance_at
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, find_cover
 
@@ -40,7 +40,7 @@ def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap
         owner: index of the region.
     """
     line, probe, is_open = _sample_boundary(
-        roadmap.union, owner, roadmap.closures.failed, roadmap.hits.arrays, robot_radius
+        roadmap.union, owner, roadmap.closures.failed, roadmap.grid.arrays, robot_radius
     )
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))

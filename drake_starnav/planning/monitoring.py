@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import Beams
-from drake_starnav.planning.distance_grid import distance_at
+from drake_starnav.planning.grid import distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridge_hits
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
@@ -65,7 +65,7 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     since_plan = distance_to(inputs.position, route.start)
     plan = route.path, EMPTY_PATH if route.exit is None else route.exit[1:], route.beyond
     view = tuple(scan.beams), (x, y, math.cos(yaw), math.sin(yaw)), inputs.margins.smoothing_slack
-    known = tuple(roadmap.union), tuple(region.as_union), state.retrying, roadmap.hits.arrays
+    known = tuple(roadmap.union), tuple(region.as_union), state.retrying, roadmap.grid.arrays
     place = inputs.position.tolist()  # plain tuples are handed over six times as fast
     return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.robot_radius))
 

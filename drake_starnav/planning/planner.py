@@ -197,7 +197,7 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
         points = np.vstack((points, inflated_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
-    roadmap = replace_fields(state.roadmap, hits=state.roadmap.hits.add_hits(points))
+    roadmap = replace_fields(state.roadmap, grid=state.roadmap.grid.add_hits(points))
     return replace_fields(discard_path(state), roadmap=roadmap)
 
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
-from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
+from drake_starnav.planning.grid import Coverage, Grid
 from drake_starnav.planning.impassable import inflated_hits
-from drake_starnav.planning.known_cells import KnownCells
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
@@ -34,18 +33,17 @@ class StarRoadmap:
     Its edges and frontiers are derived, never stored; see `frontiers`.
 
     Attributes:
-        hits: distances to the hits of all node scans, of the scans that blocked an optimistic path, and to walls.
+        grid: distances to the hits of all node scans, of the scans that blocked an optimistic path, and to keep-outs;
+            and how many regions cover a cell.
         nodes: what was observed where each is, oldest first; their regions may be smaller than those of their scans.
         union: their regions.
         closures: the places that are closed: where ways failed, and walls that no lidar sees.
-        known: the cells in these regions.
     """
 
-    hits: DistanceGrid
+    grid: Grid
     nodes: tuple[Observation, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
     closures: Closures = NOTHING_CLOSED
-    known: KnownCells = KnownCells()
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -71,8 +69,8 @@ class StarRoadmap:
         closures: Closures = NOTHING_CLOSED,
     ) -> "StarRoadmap":
         """Return a roadmap before the first scan, of a robot with radii as of `PlannerInput`, m, and with keep-outs."""
-        hits = DistanceGrid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
-        return StarRoadmap(hits.add_hits(closures.all_keep_outs), closures=closures)
+        grid = Grid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
+        return StarRoadmap(grid.add_hits(closures.all_keep_outs), closures=closures)
 
 
 def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -84,17 +82,17 @@ def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
         margins: of the regions.
         robot_radius: m.
     """
-    return append_node(roadmap, node, roadmap.hits.add_hits(inflated_hits(node, margins, robot_radius)))
+    return append_node(roadmap, node, roadmap.grid.add_hits(inflated_hits(node, margins, robot_radius)))
 
 
-def append_node(roadmap: StarRoadmap, node: Observation, hits: DistanceGrid) -> StarRoadmap:
-    """Return the roadmap with one more node, and with other hits."""
+def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoadmap:
+    """Return the roadmap with one more node, and with a grid that has other hits."""
     assert node.region is not None
-    union = index_regions(roadmap.union.joined(node.region.as_union), roadmap.union, np.array([len(roadmap)]))
-    alone = node.region.as_union
-    nothing = alone._replace(values=np.zeros_like(alone.values))
-    known = roadmap.known.update_counts(hits.resolution * STRIDE, nothing, alone.values, union.bounds)
-    return dataclasses.replace(roadmap, hits=hits, nodes=(*roadmap.nodes, node), union=union, known=known)
+    new_region = node.region.as_union
+    union = index_regions(roadmap.union.joined(new_region), roadmap.union, np.array([len(roadmap)]))
+    empty_region = new_region._replace(values=np.zeros_like(new_region.values))
+    grid = grid.count_regions(empty_region, new_region.values, union.bounds)
+    return dataclasses.replace(roadmap, grid=grid, nodes=(*roadmap.nodes, node), union=union)
 
 
 def replace_regions(
@@ -111,11 +109,11 @@ def replace_regions(
         for node, region in zip(roadmap.nodes, regions, strict=True)
         if region is not None
     )
-    hits = roadmap.hits
+    grid = roadmap.grid
     if margins.drop_seen_through:
-        hits = rebuild_grid(hits.without_hits(), roadmap.closures, nodes, margins, robot_radius)
+        grid = rebuild_grid(grid, roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
-        return StarRoadmap(hits, closures=roadmap.closures)
+        return StarRoadmap(dataclasses.replace(grid, coverage=Coverage()), closures=roadmap.closures)
     old, kept = roadmap.union, np.array([region is not None for region in regions])
     news = np.flatnonzero([new is not region for new, region in zip(regions, roadmap.regions, strict=True)])
     rows, numbers, after = [row[kept] for row in old.rows], np.cumsum(kept) - 1, np.zeros_like(old.values[news])
@@ -126,8 +124,7 @@ def replace_regions(
             rows[3][numbers[k]] = region.boundary.slopes
     union = index_regions(RegionUnion(*rows), select_regions(old, kept), numbers[news[kept[news]]])
     changed = RegionUnion(*(row[news] for row in old.rows))
-    known = roadmap.known.update_counts(hits.resolution * STRIDE, changed, after, union.bounds)
-    return StarRoadmap(hits, nodes, union, roadmap.closures, known)
+    return StarRoadmap(grid.count_regions(changed, after, union.bounds), nodes, union, roadmap.closures)
 
 
 def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
@@ -138,13 +135,13 @@ def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -
 
 
 def rebuild_grid(
-    hits: DistanceGrid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
-) -> DistanceGrid:
-    """Return a grid with walls and the hits of nodes, too."""
-    hits = hits.add_hits(closures.all_keep_outs)
+    grid: Grid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
+) -> Grid:
+    """Return a grid with no other hits than keep-outs and those of nodes."""
+    grid = grid.without_hits().add_hits(closures.all_keep_outs)
     for node in nodes:
-        hits = hits.add_hits(inflated_hits(node, margins, robot_radius))
-    return hits
+        grid = grid.add_hits(inflated_hits(node, margins, robot_radius))
+    return grid
 
 
 @kernel

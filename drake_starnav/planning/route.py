@@ -8,8 +8,8 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.approach import goal_candidates
 from drake_starnav.planning.cost_field import CostField, CostmapParams, cost_to_go
-from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import find_gaps
+from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.state import PlannerInput, PlannerState, Route
 from drake_starnav.planning.string_pulling import pull_string
 from drake_starnav.surroundings.region_union import find_cover, find_first_gap
@@ -42,7 +42,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
     tolerance, margin = inputs.goal_tolerance, inputs.margins.preferred
-    candidates = goal_candidates(roadmap.hits, inputs.goal, tolerance, inputs.robot_radius, margin)
+    candidates = goal_candidates(roadmap.grid, inputs.goal, tolerance, inputs.robot_radius, margin)
     known = np.flatnonzero(current_region.as_union.contains(candidates.places) | union.contains(candidates.places))
     goal = candidates.places[known[0]] if len(known) else candidates.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
@@ -52,7 +52,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     if not len(path):
         return None
     sight = current_region.as_union if state.retrying else union
-    path, last, first = _find_exit(path, 0.5 * STRIDE * roadmap.hits.resolution, union, LEFT * inputs.robot_radius)
+    path, last, first = _find_exit(path, 0.5 * STRIDE * roadmap.grid.resolution, union, LEFT * inputs.robot_radius)
     if first < 0:
         return Route(pull_string(np.vstack((path, goal)) if len(known) else path, position, sight, inputs.robot_radius))
     way, beyond = path[: last + 1], path[first:]
@@ -87,12 +87,11 @@ def find_frontier_point(
 def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput) -> CostField:
     """Return the optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
-    places = np.vstack((roadmap.hits.bounds, roadmap.union.bounds, goal, position))
+    places = np.vstack((roadmap.grid.bounds, roadmap.union.bounds, goal, position))
     border = AROUND * inputs.robot_radius
-    params = CostmapParams(
-        inputs.robot_radius, roadmap.closures.failed, roadmap.known, clearance_uncertainty(inputs), inputs.swept_radius
-    )
-    return cost_to_go(roadmap.hits, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position)
+    closures, doubt = roadmap.closures.failed, clearance_uncertainty(inputs)
+    params = CostmapParams(inputs.robot_radius, closures, doubt, inputs.swept_radius)
+    return cost_to_go(roadmap.grid, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position)
 
 
 def clearance_uncertainty(inputs: PlannerInput) -> float:

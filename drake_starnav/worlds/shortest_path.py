@@ -15,7 +15,7 @@ from drake_starnav.geometry.polyline import distances, measure_arc_lengths, poin
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import trace_path
-from drake_starnav.planning.distance_grid import LARGEST_GRID
+from drake_starnav.planning.grid import LARGEST_GRID
 from drake_starnav.worlds.clearance import clearance as clearance_at
 from drake_starnav.worlds.world import World
 

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.navigation import add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.planning.distance_grid import DistanceGrid
+from drake_starnav.planning.grid import Grid
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation.monitors import ArrivalMonitor
@@ -67,7 +67,7 @@ def structure(value: Any) -> Any:
     """A value as nested tuples that compare by content; what cannot be looked into stands for itself by identity."""
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
-    if isinstance(value, DistanceGrid):  # which of the tiles that grids share are whose depends on who came first
+    if isinstance(value, Grid):  # which of the tiles that grids share are whose depends on who came first
         return value.resolution, value.cap, structure(value.tiles)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = [f.name for f in dataclasses.fields(value) if f.compare]

@@ -71,7 +71,7 @@ def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
     scene = pacing(np.array([(1.0, 1.0), (0.0, -2.0)]), np.array([(-0.4, 0.2), (0.3, 0.4)]), 3.5)
     run = drive(scene, START, GOAL, STRICT, duration=6.0)
     inside = np.array([(x, y) for x in np.arange(-2.5, 2.6, 0.1) for y in np.arange(-2.5, 2.6, 0.1)])
-    assert run.plan.roadmap.hits.distance(inside).min() > 0.4
+    assert run.plan.roadmap.grid.distance(inside).min() > 0.4
 
 
 def test_it_brakes_where_nothing_can_be_certified() -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.planning.approach import INSIDE, SIGHT, goal_candidates
-from drake_starnav.planning.distance_grid import HIT_ERROR, DistanceGrid
+from drake_starnav.planning.grid import HIT_ERROR, Grid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
@@ -13,10 +13,10 @@ MARGIN = 0.03
 NEEDED = RADIUS + MARGIN + HIT_ERROR * RADIUS
 
 
-def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> DistanceGrid:
+def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> Grid:
     """Hits along straight walls, each given by its ends, m."""
     points = [np.linspace(a, b, int(np.hypot(*np.subtract(b, a)) / 0.02) + 1) for a, b in walls]
-    return DistanceGrid.empty(RESOLUTION, RADIUS).add_hits(np.vstack(points))
+    return Grid.empty(RESOLUTION, RADIUS).add_hits(np.vstack(points))
 
 
 WALL = ((0.0, -2.0), (0.0, 2.0))
@@ -27,7 +27,7 @@ def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
     return np.hypot(*(places - goal).T)
 
 
-@pytest.mark.parametrize("hits", [DistanceGrid.empty(RESOLUTION, RADIUS), memory(WALL)])
+@pytest.mark.parametrize("hits", [Grid.empty(RESOLUTION, RADIUS), memory(WALL)])
 def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
     goal = np.array((0.4, 0.0))
     found = goal_candidates(hits, goal, 0.3, RADIUS, MARGIN)
@@ -87,7 +87,7 @@ def test_a_goal_at_a_wall_is_seen_from_nowhere():
 def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.5, 1.5, (25, 2))
-    hits = DistanceGrid.empty(RESOLUTION, RADIUS).add_hits(points)
+    hits = Grid.empty(RESOLUTION, RADIUS).add_hits(points)
     goal, tolerance = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(0.0, 0.6))
     found = goal_candidates(hits, goal, tolerance, RADIUS, MARGIN)
     if found.places.tolist() == [goal.tolist()]:

@@ -79,7 +79,7 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
         assert list(kept.keep_out_points) == list(walls.keep_out_points) and len(kept.failed) == (
             how in ("revised", "emptied")
         ), how
-        assert roadmap.hits.distance(kept.all_keep_outs).max() <= roadmap.hits.resolution, how
+        assert roadmap.grid.distance(kept.all_keep_outs).max() <= roadmap.grid.resolution, how
         assert not roadmap.union.contains(SQUARE - (0.8 * CLOSED * RADIUS, 0.0)).any(), how
 
 

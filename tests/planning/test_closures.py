@@ -278,5 +278,5 @@ def test_a_robot_that_gives_way_is_not_stuck() -> None:
 
 def test_only_what_stays_is_remembered_as_an_obstacle() -> None:
     state = waited(np.full(360, UNKNOWN))
-    assert not state.roadmap.hits.tiles
-    assert waited(None).roadmap.hits.tiles
+    assert not state.roadmap.grid.tiles
+    assert waited(None).roadmap.grid.tiles

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 from unittest.mock import patch
 
@@ -12,7 +13,7 @@ from drake_starnav.planning import cost_field
 from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, CostmapParams, cost_to_go
-from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
+from drake_starnav.planning.grid import STRIDE, Coverage, Grid
 from tests.helpers.scans import RADIUS, seeds, wandered
 
 RESOLUTION = 0.05
@@ -20,8 +21,8 @@ CELL = RESOLUTION * STRIDE
 LOW, HIGH = np.array((-3.0, -3.0)), np.array((3.0, 3.0))
 
 
-def memory(points: np.ndarray, parts: int = 1) -> DistanceGrid:
-    out = DistanceGrid.empty(RESOLUTION, RADIUS)
+def memory(points: np.ndarray, parts: int = 1) -> Grid:
+    out = Grid.empty(RESOLUTION, RADIUS)
     for part in np.array_split(points, parts):
         out = out.add_hits(part)
     return out
@@ -45,7 +46,7 @@ def at(field: CostField, points: np.ndarray) -> np.ndarray:
     return out
 
 
-def reference_cost(grid: DistanceGrid, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
+def reference_cost(grid: Grid, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells and their cost to the goal's cell by SciPy, over the same eight-connected graph."""
     first, (nx, ny) = grid.box(LOW, HIGH)
     middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
@@ -107,11 +108,11 @@ def test_a_closure_closes_its_disc_and_nothing_else():
 def test_cells_outside_the_known_regions_cost_more(seed):
     _, roadmap = wandered(seed, nodes=3)
     plain, weighed = (
-        cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, terrain).weight.astype(int)
-        for terrain in (CostmapParams(RADIUS), CostmapParams(RADIUS, known=roadmap.known))
+        cost_to_go(grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).weight.astype(int)
+        for grid in (dataclasses.replace(roadmap.grid, coverage=Coverage()), roadmap.grid)
     )
     middles = (
-        cost_to_go(roadmap.hits, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).origin + (np.argwhere(plain) - 1) * CELL
+        cost_to_go(roadmap.grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).origin + (np.argwhere(plain) - 1) * CELL
     )
     added = np.where(roadmap.union.contains(middles), 0, 3)
     np.testing.assert_array_equal((weighed - plain)[plain > 0], added)

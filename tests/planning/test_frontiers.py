@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 
 from drake_starnav.planning.closed_places import CLOSED, Closures
-from drake_starnav.planning.distance_grid import HIT_ERROR
 from drake_starnav.planning.frontiers import BEYOND, COVER_SLACK, LEAST, STEP, find_all_gaps, find_gaps
+from drake_starnav.planning.grid import HIT_ERROR
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, distance, explored, length, seeds, segment_distance, wandered
 
@@ -30,7 +30,7 @@ def test_beyond_a_gap_is_no_region_no_hit_and_no_closure(seed):
         start, end = outline[None], np.roll(outline, -1, axis=0)[None]
         assert segment_distance(gap.line[::4, None], start, end).min(axis=1).max() < 1e-9
         assert not roadmap.union.contains(gap.probe, COVER_SLACK * RADIUS).any()
-        assert (roadmap.hits.distance(gap.probe) > RADIUS - HIT_ERROR * RADIUS).all()
+        assert (roadmap.grid.distance(gap.probe) > RADIUS - HIT_ERROR * RADIUS).all()
         assert (np.hypot(*np.moveaxis(gap.probe[:, None] - closures, -1, 0)) > CLOSED * RADIUS).all()
 
 
@@ -46,7 +46,7 @@ def test_every_open_run_of_a_boundary_is_a_gap(seed):
         out = np.column_stack((ahead[:, 1], -ahead[:, 0])) / np.hypot(*ahead.T)[:, None]
         probe = middle + BEYOND * RADIUS * out
         is_open = ~roadmap.union.contains(probe, COVER_SLACK * RADIUS) & (
-            roadmap.hits.distance(probe) > RADIUS - HIT_ERROR * RADIUS
+            roadmap.grid.distance(probe) > RADIUS - HIT_ERROR * RADIUS
         )
         gaps = find_gaps(roadmap, RADIUS, owner)
         lines = np.vstack([gap.line for gap in gaps]) if gaps else np.zeros((0, 2))

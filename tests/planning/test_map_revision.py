@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_starnav.planning.grid import Coverage
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
     _near_hits,
@@ -126,7 +127,7 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
     assert np.flatnonzero(marked).tolist() == list(range(len(found)))
     # ghosts of the old walls are gone with their nodes
     ahead = HERE[:2] + np.array([(0.0, 0.0), (-0.3, 0.2), (0.3, -0.2)])
-    assert (found.hits.distance(ahead) > RADIUS).all()
+    assert (found.grid.distance(ahead) > RADIUS).all()
 
 
 def test_a_new_obstacle_cuts_a_region_back_and_keeps_the_rest():
@@ -161,10 +162,10 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), margins)
     post = mappable_hits(roadmap.nodes[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
-    assert len(post) > 3 and (roadmap.hits.distance(post) < 0.05).all()
+    assert len(post) > 3 and (roadmap.grid.distance(post) < 0.05).all()
     after = replace_regions(roadmap, [roadmap.regions[0], None], margins, RADIUS)
     assert len(after) == 1
-    assert ((after.hits.distance(post) < 0.05) == (not pose_errs)).all()
+    assert ((after.grid.distance(post) < 0.05) == (not pose_errs)).all()
 
 
 @settings(max_examples=20)
@@ -181,7 +182,9 @@ def test_a_revision_equals_a_roadmap_made_anew(seed, kept):
         ]
         regions = [region if rng.random() < kept else None for region in regions]
         found = replace_regions(roadmap, regions, MARGINS, RADIUS)
-        anew = StarRoadmap(roadmap.hits)  # in which all hits are stamped already
+        anew = StarRoadmap(
+            dataclasses.replace(roadmap.grid, coverage=Coverage())
+        )  # in which all hits are stamped already
         for node, region in zip(roadmap.nodes, regions, strict=True):
             if region is not None:
                 anew = add_node(anew, dataclasses.replace(node, region=region), MARGINS, RADIUS)

@@ -72,7 +72,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         assert check.is_blocked == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
         assert check.passed_count == passed
         assert check.has_strayed == (inside and not in_view(stack, place, state.route.path[passed]))
-        assert check.is_doubtful == bool((roadmap.hits.distance(way) < RADIUS).any())
+        assert check.is_doubtful == bool((roadmap.grid.distance(way) < RADIUS).any())
         assert farthest_in_sight(state.route.beyond, *place, region.as_union, RADIUS) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)

@@ -33,7 +33,7 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
     world, roadmap = wandered(seed, nodes=3)
     _, copy = wandered(seed, nodes=3)
     probes = np.random.default_rng(seed).uniform(-3.0, 3.0, (200, 2))
-    known = roadmap.hits.distance(probes)
+    known = roadmap.grid.distance(probes)
     for x in (-0.1, 0.1):
         pose = np.array((x, 0.0, x))
         scan = cast(world, pose)
@@ -43,7 +43,7 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
     )
     refit_regions(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)
-    np.testing.assert_array_equal(roadmap.hits.distance(probes), known)
+    np.testing.assert_array_equal(roadmap.grid.distance(probes), known)
 
 
 @settings(max_examples=15)

@@ -11,8 +11,8 @@ from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning import state as planner_state
 from drake_starnav.planning.closed_places import CLOSED, Closures
-from drake_starnav.planning.distance_grid import STRIDE
 from drake_starnav.planning.frontiers import find_gaps
+from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.route import LEFT, SHIFT, _find_exit, find_frontier_point, find_route

@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.planning.distance_grid import STRIDE, DistanceGrid
+from drake_starnav.planning.grid import STRIDE, Grid
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05
 
 
-def memory(points: np.ndarray, parts: int = 1) -> DistanceGrid:
-    out = DistanceGrid.empty(RESOLUTION, RADIUS)
+def memory(points: np.ndarray, parts: int = 1) -> Grid:
+    out = Grid.empty(RESOLUTION, RADIUS)
     for part in np.array_split(points, parts):
         out = out.add_hits(part)
     return out
@@ -37,7 +37,7 @@ def test_distances_match_brute_force_within_the_resolution(seed, away, parts):
 
 
 def test_nothing_was_hit_far_away_or_in_an_empty_memory():
-    empty = DistanceGrid.empty(RESOLUTION, RADIUS)
+    empty = Grid.empty(RESOLUTION, RADIUS)
     points = np.array(((0.0, 0.0), (100.0, -3.0)))
     assert (empty.distance(points) == empty.cap).all()
     assert empty.distance(np.zeros((0, 2))).shape == (0,)

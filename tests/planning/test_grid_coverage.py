@@ -3,20 +3,19 @@ import dataclasses
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.distance_grid import STRIDE
-from drake_starnav.planning.known_cells import BLOCK, OFF
+from drake_starnav.planning.grid import BLOCK, OFF, STRIDE
 from drake_starnav.planning.roadmap import StarRoadmap, append_node, replace_regions
 from drake_starnav.surroundings.star_region import clear_region
 from tests.helpers.scans import MARGINS, RADIUS, seeds, wandered
 
 
 def assert_counts_the_cells_of_its_regions(roadmap: StarRoadmap) -> None:
-    first, whole, part = roadmap.known
+    first, whole, part = roadmap.grid.coverage
     cells = np.argwhere(np.ones_like(part))
-    middles = (cells + BLOCK * first + OFF) * (roadmap.hits.resolution * STRIDE)
+    middles = (cells + BLOCK * first + OFF) * (roadmap.grid.resolution * STRIDE)
     count = sum(region.as_union.contains(middles).astype(int) for region in roadmap.regions)
     np.testing.assert_array_equal(part.ravel() + whole[*(cells // BLOCK).T], count)
-    low, high = ((BLOCK * edge + OFF) * (roadmap.hits.resolution * STRIDE) for edge in (first, first + whole.shape))
+    low, high = ((BLOCK * edge + OFF) * (roadmap.grid.resolution * STRIDE) for edge in (first, first + whole.shape))
     edges = np.vstack([region.outline() for region in roadmap.regions])
     assert (low <= edges).all() and (edges <= high).all()
 
@@ -35,5 +34,5 @@ def test_a_cell_is_known_while_a_region_covers_its_middle(seed):
     fewer = replace_regions(less, dropped, MARGINS, RADIUS)
     assert_counts_the_cells_of_its_regions(fewer)
     away = dataclasses.replace(roadmap.nodes[1], region=roadmap.nodes[1].region.moved(np.array((9.0, -7.0, 1.0))))
-    assert_counts_the_cells_of_its_regions(append_node(fewer, away, fewer.hits))
+    assert_counts_the_cells_of_its_regions(append_node(fewer, away, fewer.grid))
     assert_counts_the_cells_of_its_regions(roadmap)  # it has not changed

@@ -1,16 +1,18 @@
-"""Where obstacles have been hit: a sparse grid of the distances to the nearest hit.
+"""The grid over W: how far the nearest hit is from each cell, and how many regions cover it.
 
-Cells are kept in square tiles that are never changed once made: a grid with more hits shares all untouched tiles with
-the one before.
+Distances are kept in square tiles that are never changed once made: a grid with more hits shares all untouched tiles
+with the one before. Coverage is counted on cells of STRIDE x STRIDE of these, on which paths are searched.
 """
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import kernel, leaf
+from drake_starnav.surroundings.region_union import RegionUnion, covers, find_samples_beside
 
 TILE = 64
 """Cells along a tile's side."""
@@ -22,6 +24,10 @@ HIT_ERROR = 0.16
 """Distances to hits count up to this error, in radii of the robot: noise, and the size of cells."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this."""
+BLOCK = 4
+"""Cells along a block: most blocks that a region touches lie inside it, which is told at once."""
+OFF = 0.5 * (STRIDE - 1) / STRIDE
+"""Cell p has its middle at p + OFF, in cells."""
 
 
 @dataclass
@@ -44,9 +50,41 @@ class TilePool:
         return TilePool(larger, used)
 
 
+class Coverage(NamedTuple):
+    """How many regions cover the middles of cells of W. Immutable.
+
+    Attributes:
+        first: the block that comes first, for both axes, shape (2,); it begins with cell BLOCK * `first`.
+        whole: how many regions cover all of a block, shape (I, J), uint16.
+        part: how many cover a cell, but not all of its block, shape (BLOCK I, BLOCK J), uint16.
+    """
+
+    first: np.ndarray = np.zeros(2, np.int64)
+    whole: np.ndarray = np.zeros((0, 0), np.uint16)
+    part: np.ndarray = np.zeros((0, 0), np.uint16)
+
+    def update_counts(self, cell: float, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "Coverage":
+        """Return the counts after regions have changed.
+
+        Args:
+            cell: size of a cell, m.
+            regions: those that have changed, as they were; of new ones, all samples are 0.
+            after: their samples now, shape (n, M), m; 0 of those that are gone.
+            bounds: corners of a box that holds the regions, shape (2, 2), W, m.
+        """
+        low, high = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,))
+        first = self.first if self.whole.size else low
+        last = first + self.whole.shape
+        low, high = np.minimum(low, first), np.maximum(high, last)
+        border = np.stack((first - low, high - last), axis=1)
+        out = Coverage(low, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
+        _recount(out, cell, regions.center, regions.bearing_0, regions.values, after)
+        return out
+
+
 @dataclass(frozen=True)
-class DistanceGrid:
-    """Distance to the nearest hit on a grid over W. Immutable.
+class Grid:
+    """Distances to the nearest hit, and counts of regions, over W. Immutable.
 
     Attributes:
         resolution: cell size, m; cell (i, j) has its centre at (i, j) * resolution.
@@ -55,6 +93,7 @@ class DistanceGrid:
         rows: where each tile lies in the pool, shape (I, J), int32; -1 where no hit is near.
         used: rows of the pool that were in use when this grid was made.
         pool: the tiles, which grids share that extend one another.
+        coverage: how many regions cover the coarse cells.
     """
 
     resolution: float
@@ -63,12 +102,13 @@ class DistanceGrid:
     rows: np.ndarray = field(compare=False)
     used: int = field(compare=False)
     pool: TilePool = field(compare=False)
+    coverage: Coverage = field(default=Coverage(), compare=False)
 
     @staticmethod
-    def empty(resolution: float, robot_radius: float) -> "DistanceGrid":
+    def empty(resolution: float, robot_radius: float) -> "Grid":
         """Return a grid without hits; cell size and the robot's radius in m."""
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
-        return DistanceGrid(
+        return Grid(
             resolution,
             robot_radius + KEPT_BEYOND * robot_radius,
             first,
@@ -77,9 +117,9 @@ class DistanceGrid:
             TilePool(np.zeros((0, TILE, TILE), np.float32)),
         )
 
-    def without_hits(self) -> "DistanceGrid":
+    def without_hits(self) -> "Grid":
         """Return a grid of the same cells without hits."""
-        return replace(DistanceGrid.empty(self.resolution, 0.0), cap=self.cap)
+        return replace(Grid.empty(self.resolution, 0.0), cap=self.cap, coverage=self.coverage)
 
     @property
     def tiles(self) -> dict[tuple[int, int], np.ndarray]:
@@ -98,7 +138,7 @@ class DistanceGrid:
         """For compiled loops: tiles, rows, first, resolution, cap."""
         return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
 
-    def add_hits(self, points: np.ndarray) -> "DistanceGrid":
+    def add_hits(self, points: np.ndarray) -> "Grid":
         """Return this grid with more hits; points of shape (n, 2) in W, m."""
         if not len(points):
             return self
@@ -112,7 +152,12 @@ class DistanceGrid:
             pool = pool.copied(rows[live], most)
             rows[live] = np.arange(pool.used)
         pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
-        return DistanceGrid(self.resolution, self.cap, first, rows, pool.used, pool)
+        return Grid(self.resolution, self.cap, first, rows, pool.used, pool, self.coverage)
+
+    def count_regions(self, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "Grid":
+        """Return this grid with the coverage after regions have changed; arguments as for `Coverage.update_counts`."""
+        coverage = self.coverage.update_counts(self.resolution * STRIDE, regions, after, bounds)
+        return replace(self, coverage=coverage)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
@@ -197,7 +242,7 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 
 @kernel
 def _distances(grid, points):
-    """Run the loop of `DistanceGrid.distance`."""
+    """Run the loop of `Grid.distance`."""
     out = np.empty(len(points))
     for n in range(len(points)):
         out[n] = distance_at(grid, points[n, 0], points[n, 1])
@@ -213,3 +258,47 @@ def distance_at(grid, x, y):
     if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
         return float(tiles[rows[p, q], i % TILE, j % TILE])
     return cap
+
+
+@kernel
+def _recount(coverage, cell, center, bearing_0, before, after):
+    """Count anew, of each region, the blocks about those samples that have changed."""
+    first, whole, part = coverage
+    samples, side, half = after.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
+    turn, middle = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
+    for k in range(len(center)):
+        left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
+        for m in range(samples):
+            if before[k, m] != after[k, m]:
+                for n in range(m - 1, m + 2):
+                    u, v = math.cos(bearing_0[k] + n * turn), math.sin(bearing_0[k] + n * turn)
+                    for r in (before[k, m], after[k, m]):
+                        left, right = min(left, r * u), max(right, r * u)
+                        bottom, top = min(bottom, r * v), max(top, r * v)
+        if left > right:
+            continue
+        x, y = center[k, 0] / side - first[0], center[k, 1] / side - first[1]
+        for i in range(max(int(x + left / side - 1.0), 0), min(int(x + right / side + 2.0), whole.shape[0])):
+            for j in range(max(int(y + bottom / side - 1.0), 0), min(int(y + top / side + 2.0), whole.shape[1])):
+                x0, y0 = ((i + first[0]) * BLOCK + OFF) * cell, ((j + first[1]) * BLOCK + OFF) * cell
+                dx, dy = x0 + middle - center[k, 0], y0 + middle - center[k, 1]
+                away = math.hypot(dx, dy)
+                at, _ = find_samples_beside(bearing_0[k], samples, dx, dy)
+                width = int(1.1 * half / away / turn) + 1 if away > 2.0 * half else samples // 2
+                differs, least, most, least_now, most_now = False, np.inf, 0.0, np.inf, 0.0
+                for n in range(at - width, at + width + 2):
+                    r, r_now = before[k, n % samples], after[k, n % samples]
+                    differs |= r != r_now
+                    least, most = min(least, r), max(most, r)
+                    least_now, most_now = min(least_now, r_now), max(most_now, r_now)
+                if not differs or max(most, most_now) < away - half:
+                    continue
+                was_whole, is_whole = least > away + half, least_now > away + half
+                whole[i, j] += np.int64(is_whole) - np.int64(was_whole)
+                for a in range(0 if was_whole and is_whole else BLOCK):
+                    for b in range(BLOCK):
+                        u, v = x0 + a * cell, y0 + b * cell
+                        if most > 0.0 and not was_whole and covers(center, bearing_0, before, k, u, v, 0.0):
+                            part[i * BLOCK + a, j * BLOCK + b] -= 1
+                        if most_now > 0.0 and not is_whole and covers(center, bearing_0, after, k, u, v, 0.0):
+                            part[i * BLOCK + a, j * BLOCK + b] += 1
