@@ -1,9 +1,8 @@
 """Measure the cost of many trials: python -m benchmarks.scaling
 
 Measures trials in one and in two processes in turn, the start of a worker, and how fast one process hands trials to a
-Dask cluster and files what comes back; writes the figures to benchmarks/results/scaling.json, from which
-scripts/maintenance/record_results.py writes a section of docs/benchmark.md. It takes some minutes, on an otherwise
-idle machine with at least two cores.
+Dask cluster and files what comes back; writes the figures to benchmarks/results/scaling.json, which docs/benchmark.md
+quotes. It takes some minutes, on an otherwise idle machine with at least two cores.
 """
 
 import argparse

@@ -16,7 +16,6 @@ import numpy as np
 from tqdm import tqdm
 
 from drake_starnav.cli.options import REACHED, CommandParser, check_numbers, run_command
-from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.paper.star_region import fit_boundary, range_profile
@@ -33,68 +32,23 @@ REPEATS = 7
 LIDAR = LidarParameters(beams=360, range_min=0.12, range_max=3.5, noise=0.01)
 """The authors'."""
 KINDS = (Forest(), Maze(), Room(), PaperForest())
-TRIES = 10_000
-"""A world in which so many random places are blocked counts as full."""
 
 
-@dataclass(frozen=True)
-class View:
-    """One scan and where it was taken.
-
-    Attributes:
-        world: the obstacles.
-        pose: (x, y, yaw) of the sensor in W, m and rad.
-        scan: in the sensor frame S.
-    """
-
-    world: World
-    pose: np.ndarray
-    scan: LaserScan
-
-
-def random_free_pose(world: World, rng: np.random.Generator, robot_radius: float) -> np.ndarray:
-    """A random pose (x, y, yaw) in W, m and rad, at which a disc of `robot_radius` (m) touches nothing.
-
-    Raises:
-        StarnavError: the world is too full.
-    """
+def random_free_pose(world: World, rng: np.random.Generator) -> np.ndarray:
+    """A random pose (x, y, yaw) in W, m and rad, at which the robot touches nothing."""
     x0, y0, x1, y1 = world.extent
-    for _ in range(TRIES):
+    while True:
         pose = rng.uniform((x0, y0, -np.pi), (x1, y1, np.pi))
-        if clearance(world, pose[None, :2])[0] > robot_radius:
+        if clearance(world, pose[None, :2])[0] > RADIUS:
             return pose
-    raise StarnavError(
-        f"world {world.name}: no free place for a robot of radius {robot_radius:g} m among {TRIES} random ones; "
-        "allowed: a world with room for the robot"
-    )
 
 
-def random_views(worlds: Iterable[World], lidar: LidarParameters, robot_radius: float, seed: int) -> Iterator[View]:
-    """One scan of each world from a random free pose; view k depends on world k, `seed` and k alone.
-
-    Args:
-        worlds: to look at.
-        lidar: the sensor.
-        robot_radius: clearance of the poses, m.
-        seed: of poses and noise.
-    """
-    for k, world in enumerate(worlds):
-        pose = random_free_pose(world, np.random.default_rng([seed, k]), robot_radius)
-        yield View(world, pose, scan_from(visible_shapes(world), pose, lidar, seed, k))
-
-
-def sample_views(scans: int, seed: int, lidar: LidarParameters, robot_radius: float) -> list[View]:
+def random_scans(count: int, seed: int) -> Iterator[LaserScan]:
     """Scans from random free poses, each of a world of its own, the kinds of world in turn."""
-    worlds = (make_world(KINDS[k % len(KINDS)], seed + k // len(KINDS), robot_radius) for k in range(scans))
-    return list(random_views(worlds, lidar, robot_radius, seed))
-
-
-@dataclass(frozen=True)
-class Method:
-    """One way to place segments."""
-
-    label: str
-    fit: Callable[[np.ndarray], PiecewiseCubic]
+    for k in range(count):
+        world = make_world(KINDS[k % len(KINDS)], seed + k // len(KINDS), RADIUS)
+        pose = random_free_pose(world, np.random.default_rng([seed, k]))
+        yield scan_from(visible_shapes(world), pose, LIDAR, seed, k)
 
 
 @dataclass(frozen=True)
@@ -117,21 +71,16 @@ class Deviation:
     seconds: np.ndarray
 
 
-def methods() -> list[Method]:
-    """All rows of the table."""
-    fixed = [Method(f"{n} fixed", partial(fit_equal, count=n, one_sided=False)) for n in FIXED]
+def methods() -> dict[str, Callable[[np.ndarray], PiecewiseCubic]]:
+    """All rows of the table, by label: what fits the cubics."""
     adaptive = partial(fit_piecewise_cubic, radius=RADIUS, one_sided=False)
-    return [Method("adaptive", adaptive), Method("slope (paper)", fit_slopes), *fixed]
+    fixed = {f"{n} fixed": partial(fit_equal, count=n, one_sided=False) for n in FIXED}
+    return {"adaptive": adaptive, "slope (paper)": fit_boundary, **fixed}
 
 
 def fit_equal(samples: np.ndarray, count: int, one_sided: bool) -> PiecewiseCubic:
     """Cubics over `count` segments of equal length."""
     return fit_segments(samples, np.linspace(0, len(samples), count + 1).astype(np.int64), np.inf, one_sided)
-
-
-def fit_slopes(samples: np.ndarray, one_sided: bool = False) -> PiecewiseCubic:
-    """Cubics that begin where the boundary jumps or its direction has changed."""
-    return fit_boundary(samples, one_sided=one_sided)
 
 
 def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, float, float]:
@@ -152,16 +101,17 @@ def deviation(values: np.ndarray, samples: np.ndarray) -> tuple[float, float, fl
     )
 
 
-def measured(rows: list[Method], views: Iterable[View]) -> list[Deviation]:
-    """Every method on the ranges as measured, one `Deviation` a row."""
-    results: list[list[tuple]] = [[] for _ in rows]
-    for view in tqdm(views, unit="scan", disable=None, leave=False):
-        samples = range_profile(view.scan, view.scan.distances, RADIUS, samples=len(view.scan.ranges)).values
-        fits = [row.fit(samples) for row in rows]
-        seconds = fastest([partial(row.fit, samples) for row in rows])
-        for result, fit, spent in zip(results, fits, seconds, strict=True):
-            result.append((*deviation(fit.values, samples), len(fit.starts), spent))
-    return [Deviation(*np.array(result).T) for result in results]
+def measured(scans: Iterable[LaserScan]) -> dict[str, Deviation]:
+    """Every method on the ranges as measured, by its label."""
+    fitters = methods()
+    results: dict[str, list[tuple]] = {label: [] for label in fitters}
+    for scan in tqdm(scans, unit="scan", disable=None, leave=False):
+        samples = range_profile(scan, scan.distances, RADIUS, samples=len(scan.ranges)).values
+        seconds = fastest([partial(fit, samples) for fit in fitters.values()])
+        for (label, make), spent in zip(fitters.items(), seconds, strict=True):
+            fit = make(samples)
+            results[label].append((*deviation(fit.values, samples), len(fit.starts), spent))
+    return {label: Deviation(*np.array(rows).T) for label, rows in results.items()}
 
 
 def fastest(calls: list[Callable[[], object]]) -> np.ndarray:
@@ -175,25 +125,19 @@ def fastest(calls: list[Callable[[], object]]) -> np.ndarray:
     return seconds
 
 
-def table(rows: list[Method], results: list[Deviation]) -> str:
-    """Markdown: means over the scans; of the times the median."""
+def segments_table(scans: int, seed: int) -> str:
+    """The Markdown table of so many scans of the authors' lidar: means over them; of the times the median."""
     lines = [
         "| segments | cubics | mean error, mm | largest error, mm | area lost, % | area overclaimed, % | time, us |",
         "|---|--:|--:|--:|--:|--:|--:|",
     ]
-    for row, result in zip(rows, results, strict=True):
+    for label, result in measured(random_scans(scans, seed)).items():
         lines.append(
-            f"| {row.label} | {result.segments.mean():.0f} | {1e3 * result.mean.mean():.1f} "
+            f"| {label} | {result.segments.mean():.0f} | {1e3 * result.mean.mean():.1f} "
             f"| {1e3 * result.largest.mean():.0f} | {1e2 * result.lost.mean():.2f} | {1e2 * result.claimed.mean():.2f} "
             f"| {1e6 * np.median(result.seconds):.1f} |"
         )
     return "\n".join(lines)
-
-
-def segments_table(scans: int, seed: int) -> str:
-    """The table of so many scans of the authors' lidar."""
-    rows = methods()
-    return table(rows, measured(rows, sample_views(scans, seed, LIDAR, RADIUS)))
 
 
 def main() -> int:

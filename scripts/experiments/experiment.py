@@ -12,13 +12,11 @@ from tqdm import tqdm
 
 from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, chosen_pool
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
-from drake_starnav.errors import shown
 from drake_starnav.evaluation.jobs import Record, make_cases, make_jobs
 from drake_starnav.evaluation.summary import compare, number, rate_text
 from drake_starnav.evaluation.trial_file import TrialFile, make_header
 from drake_starnav.evaluation.workers import BatchInterrupted, Pool, announcement, run_batch
-from drake_starnav.parameters import unknown_name
-from drake_starnav.utils.files import check_outputs, replacing, write_text
+from drake_starnav.utils.files import check_outputs, write_text
 
 Results = dict[str, list[Record]]
 """The trials of each variant, by its name."""
@@ -53,20 +51,6 @@ def experiment(
     return run_command(parser, arguments, work)
 
 
-def add_rows(parser: argparse.ArgumentParser, rows: Iterable[str]) -> None:
-    """Add the option --rows, which selects variants by name; see `check_rows`."""
-    names = list(rows)
-    parser.add_argument("--rows", nargs="+", default=names, metavar="ROW", help=f"of {', '.join(names)} (default: all)")
-
-
-def check_rows(options: argparse.Namespace, known: Iterable[str]) -> None:
-    """Raise `StarnavError` for a name in --rows that is not known."""
-    names = list(known)
-    for name in options.rows:
-        if name not in names:
-            raise unknown_name(f"row {shown(name)}", name, names)
-
-
 Variants = Mapping[str, tuple[str, Sequence[str]]]
 """By name, the method and the "section.key=value" overrides of each variant."""
 
@@ -74,31 +58,27 @@ Variants = Mapping[str, tuple[str, Sequence[str]]]
 def run_experiment(
     variants: Variants,
     options: argparse.Namespace,
-    outputs: Mapping[str, Callable[[Results, Sequence[str]], str | bytes]],
+    output: str,
+    table: Callable[[Results, Sequence[str]], str],
     pool_of: Callable[[Pool, str], Pool] = lambda pool, name: pool,
 ) -> Results:
-    """Run the trials of all variants, each in the file <out>/<name>.jsonl, then write what is made of them.
+    """Run the trials of all variants, each in the file <out>/<name>.jsonl, then write and print their table.
 
     Args:
         variants: to run.
         options: scenario, out, and those of `add_batch_options`.
-        outputs: by file name in the folder <out>, what makes its content from the trials and the scenarios' names;
-            the first is a text, which is also printed. Whether they can be written is checked before any trial runs.
+        output: name of the table's file in <out>; whether it can be written is checked before any trial runs.
+        table: makes a text from the trials and the scenarios' names.
         pool_of: from the pool of the options and a variant's name to the pool in which that variant's trials run.
     """
-    paths = [options.out / name for name in outputs]
-    check_outputs(paths, options.scenario)
+    path = options.out / output
+    check_outputs([path], options.scenario)
     results, scenarios = _run_variants(variants, options, pool_of)
-    contents = [content(results, scenarios) for content in outputs.values()]
-    for path, content in zip(paths, contents, strict=True):
-        if isinstance(content, str):
-            write_text(path, f"{content.rstrip()}\n")
-        else:
-            with replacing(path) as temporary:
-                temporary.write_bytes(content)
+    text = table(results, scenarios)
+    write_text(path, f"{text.rstrip()}\n")
     if not options.quiet:
-        print(contents[0])
-        print(f"wrote {', '.join(map(str, paths))} and a file of trials for each row")
+        print(text)
+        print(f"wrote {path} and a file of trials for each row")
     return results
 
 

@@ -14,8 +14,6 @@ from drake_starnav.evaluation.summary import compare, markdown_table, number
 from drake_starnav.evaluation.trial_file import read_trials
 from scripts.experiments.experiment import (
     Results,
-    add_rows,
-    check_rows,
     count,
     experiment,
     experiment_parser,
@@ -62,15 +60,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = experiment_parser(
         "fault_table.py", "Measure what faults cost.", ["forest", "maze", "room"], Path("out/faults")
     )
-    add_rows(parser, ROWS)
+    parser.add_argument("--rows", nargs="+", default=list(ROWS), choices=list(ROWS), metavar="ROW")
     return experiment(parser, measure_faults, arguments)
 
 
 def measure_faults(options: argparse.Namespace) -> Results:
     """Run the rows, one file of trials each, then write the table."""
-    check_rows(options, ROWS)
     variants = {name: ("star", row) for name, row in ROWS.items() if name in options.rows or not row}
-    return run_experiment(variants, options, {"faults.md": fault_table})
+    return run_experiment(variants, options, "faults.md", fault_table)
 
 
 def fault_table(results: Results, scenarios: Sequence[str]) -> str:

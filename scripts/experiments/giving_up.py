@@ -160,7 +160,6 @@ def measured(case: tuple[str, int]) -> dict[str, Any]:
         states = Path(folder, "states.csv")
         trial = run_trial(scenario, Parts(world), seed=seed, csv=states)
         driven = np.loadtxt(states, delimiter=",", skiprows=1)
-    x0, y0, x1, y1 = world.extent
     return {
         "kind": kind,
         "seed": seed,
@@ -169,8 +168,6 @@ def measured(case: tuple[str, int]) -> dict[str, Any]:
         "time_s": trial.time_s,
         "seen_s": time_to_see(world, scenario, driven),
         "path_m": trial.path_length_m,
-        "nodes": trial.nodes,
-        "area_m2": (x1 - x0) * (y1 - y0),
         "min_clearance_m": trial.min_clearance_m,
     }
 
@@ -185,10 +182,8 @@ def report(records: list[dict[str, Any]]) -> str:
         lines.append(f"closed: {len(given_up)} of {len(closed)} given up, {len(late)} of them late")
     if given_up:
         times, ratios = [r["time_s"] for r in given_up], [r["time_s"] / r["seen_s"] for r in given_up]
-        density = [r["nodes"] / r["area_m2"] for r in given_up]
         lines.append(f"  time: median {np.median(times):.1f} s, most {max(times):.1f} s")
         lines.append(f"  time / time to see the room: median {np.median(ratios):.2f}, most {max(ratios):.2f}")
-        lines.append(f"  nodes: most {max(r['nodes'] for r in given_up)}, {max(density):.2f} a square metre")
     solvable = [r for r in records if not r["closed"]]
     if solvable:
         counts = {

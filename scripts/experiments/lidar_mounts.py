@@ -64,7 +64,7 @@ def measure_mounts(options: argparse.Namespace) -> Results:
     write_text(model, text.replace("</robot>", "\n".join((*frames, "</robot>"))))
     robot = f"robot.model={model.absolute()}"
     variants = {name: ("star", [robot, *overrides]) for name, overrides in MOUNTS.items()}
-    return run_experiment(variants, options, {"mounts.md": mounts_table})
+    return run_experiment(variants, options, "mounts.md", mounts_table)
 
 
 def mounts_table(results: Results, scenarios: Sequence[str]) -> str:

@@ -130,13 +130,8 @@ def report(records: list[dict[str, Any]]) -> str:
 
 def main(options: argparse.Namespace) -> None:
     """Run the trials, write their records, print the report."""
-    cases = [
-        (kind, name, options.seed + k)
-        for name in options.robots
-        for kind in (WALLS, TREES)
-        for k in range(options.gaps)
-    ]
-    cases += [(DEAD_ENDS, name, options.seed + k) for name in options.robots for k in range(options.dead_ends)]
+    cases = [(kind, name, options.seed + k) for name in SIZES for kind in (WALLS, TREES) for k in range(options.gaps)]
+    cases += [(DEAD_ENDS, name, options.seed + k) for name in SIZES for k in range(options.dead_ends)]
     print(report(run_cases(measured, cases, options)))
 
 
@@ -144,6 +139,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gaps", type=int, default=50, metavar="N", help="of each kind and robot; default: 50")
     parser.add_argument("--dead-ends", type=int, default=30, metavar="N", help="of each robot; default: 30")
-    parser.add_argument("--robots", nargs="+", default=list(SIZES), metavar="ROBOT", help=f"of {', '.join(SIZES)}")
     add_case_options(parser)
     main(parser.parse_args())

@@ -1,15 +1,13 @@
 """Drives of robots, lidars, worlds and faults drawn at random within what may be declared: no contact is allowed.
 
 Each is a drive of the navigation in Drake's plant or, with --commands, so many random commands through the shield to a
-robot that follows them exactly, from place to place of the world. With --attacks, a disc of the declared speed comes to
-where a robot with `obstacles.caution: 1` will be, alone out of the shortest range that is admitted, or from the end of
-a row of persons. A failure is repeated by its seed: --seed SEED --drives 1.
+robot that follows them exactly, from place to place of the world. A failure is repeated by its seed: --seed SEED
+--drives 1.
 
-Run: python -m scripts.experiments.random_drives [--drives N] [--commands N | --attacks] [--seed S]
+Run: python -m scripts.experiments.random_drives [--drives N] [--commands N] [--seed S]
 """
 
 import argparse
-import dataclasses
 import math
 import tempfile
 import time
@@ -21,13 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_starnav import Parts
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.navigation.validation import QUICKEST_LOCK, check_and_derive_margins
-from drake_starnav.scenario.error_budget import error_budget
-from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
@@ -36,7 +31,6 @@ from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.resources import model_path
 from drake_starnav.worlds.clearance import body_clearance
-from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.world import World
 from scripts.experiments.experiment import add_case_options, run_cases
 from tests.helpers.kinematic_robot import KinematicRobot
@@ -132,18 +126,12 @@ PLANT_ONLY = (
 """What begins so is no matter of random commands."""
 PACE = {"controller.rate": 100.0, "lidar.rate": 4.0}
 """Of random commands, Hz: 25 to a scan."""
-ATTACK_END = 100.0
-"""When the paths of attacking discs end, s."""
 BRANCHES = 8
 """So often commands are drawn from each scan on, as scans cost more; the robot goes on where the last ones led it."""
 EPISODE, HOLD = 20, 100
 """Scans from one free place on, and how many commands at most are alike, so that the robot leaves its place."""
 EXTREME = 0.5
 """Probability that a component of a random command is as large as may be."""
-
-
-STRIDE = 32
-"""So many poses are between those that are compared with the world first; most of them need not be compared then."""
 
 
 class Case(NamedTuple):
@@ -224,14 +212,12 @@ def with_frames(model: str, mounts: dict[str, Mount], folder: Path) -> Path:
     return path
 
 
-def driven(seed: int, commands: int = 0, attacks: bool = False) -> dict[str, Any]:
-    """The record of the drive of a seed, of so many random commands, or of an attack.
+def driven(seed: int, commands: int = 0) -> dict[str, Any]:
+    """The record of the drive of a seed, or of so many random commands.
 
     Its outcome is `refused` where the parameters are not allowed together, or a warning says that it may hit what its
     lidars look over; and `crash` after any other exception.
     """
-    if attacks:
-        return attacked(seed)
     case = drawn(seed)
     record = {"seed": seed, "scenario": case.scenario, "set": case.overrides, "mounts": case.mounts}
     try:
@@ -277,9 +263,11 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
         driven = wandered(motion, scenario, rng)
         poses, scans = np.vstack(driven), scans + EPISODE
         path += sum(float(np.hypot(*np.diff(part[:, :2], axis=0).T).sum()) for part in driven)
-        least, at = least_clearance(world, poses, robot.shape, least)
+        clearances = body_clearance(world, poses, robot.shape)
+        nearest = int(clearances.argmin())
+        least = min(least, float(clearances[nearest]))
         if least < 0.0:
-            contact = f"within {motion.asked} commands at {poses[at].tolist()}"
+            contact = f"within {motion.asked} commands at {poses[nearest].tolist()}"
     return {
         "outcome": "driven" if contact is None else "collision",
         "contact": contact,
@@ -331,107 +319,15 @@ def free_pose(world: World, shape: Footprint, margin: float, rng: np.random.Gene
     return poses[free[np.argmin(clear[free])] if beside else free[0]]
 
 
-def least_clearance(world: World, poses: np.ndarray, footprint: Footprint, known: float) -> tuple[float, int]:
-    """The least of a clearance that is known and the true shape's at poses (n, 3), m, and the index of its pose or -1.
-
-    A pose is left out only if the robot cannot have come nearer than `known` on its way from a pose that was compared.
-    """
-    steps = np.diff(poses, axis=0)
-    way = np.concatenate(([0.0], np.cumsum(np.hypot(*steps[:, :2].T) + footprint.lever * abs(steps[:, 2]))))
-    clear, at = np.full(len(poses), np.nan), -1
-    ends = np.unique(np.append(np.arange(0, len(poses), STRIDE), len(poses) - 1))
-    compared, first, last = ends, ends[:-1], ends[1:]
-    while True:
-        clear[compared] = body_clearance(world, poses[compared], footprint)
-        least = compared[np.argmin(clear[compared])]
-        if clear[least] < known:
-            known, at = float(clear[least]), int(least)
-        near = (0.5 * (clear[first] + clear[last] - way[last] + way[first]) < known) & (last - first > 1)
-        if not near.any():
-            return known, at
-        first, last = first[near], last[near]
-        compared = (first + last) // 2
-        first, last = np.concatenate((first, compared)), np.concatenate((compared, last))
-
-
-def attacked(seed: int) -> dict[str, Any]:
-    """How a drive of the most cautious robot ends, with every other seed among a row of persons."""
-    rng = np.random.default_rng((seed, 2))
-    row = seed % 2 == 0
-    speed = rng.uniform(0.5, 1.5) if row else rng.uniform(0.2, 1.5)
-    scenario = row_scenario(speed) if row else short_sighted(speed, rng)
-    if row:
-        radius, count, angle = rng.uniform(0.15, 0.35), int(rng.integers(3, 7)), rng.uniform(-math.pi, math.pi)
-        along = (2.0 * radius + rng.uniform(0.0, 0.15)) * np.array((math.cos(angle), math.sin(angle)))
-        side = rng.choice((-1.0, 1.0))
-        first = np.array((rng.uniform(3.0, 8.0), side * (0.25 + radius + rng.uniform(0.1, 1.0))))
-        places = first + np.arange(count)[:, None] * along * (side if along[1] >= 0.0 else -side)
-    else:
-        radius, angle, distance = rng.uniform(0.15, 0.5), rng.uniform(-1.2, 1.2), rng.uniform(6.0, 12.0)
-        places = np.array(((6.0 + distance * math.cos(angle), distance * math.sin(angle)),))
-    standing = [np.array([(0.0, *place), (ATTACK_END, *place)]) for place in places[1:]]
-    moving = MovingObstacles(np.full(len(places), radius), (path_to_robot(scenario, places[0], rng), *standing))
-    bounds = (-30.0, -30.0, 50.0, 30.0)
-    world = World("attack", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=bounds, timeout=20.0, moving_obstacles=moving)
-    trial = run_trial(scenario, Parts(world), seed=seed)
-    return {
-        "seed": seed,
-        "scenario": "row of persons" if row else "shortest range",
-        "set": [],
-        "outcome": trial.outcome,
-        "contact": trial.contact,
-        "time_s": trial.time_s,
-        "path_m": trial.path_length_m,
-        "min_clearance_m": trial.min_clearance_m,
-    }
-
-
-def row_scenario(speed: float) -> Scenario:
-    """The robot that meets a row of persons of which one walks at `speed`, m/s."""
-    changes = ["lidar.range_max=10", f"obstacles.max_speed={speed}", "obstacles.caution=1"]
-    return load_scenario("room", overrides=changes)
-
-
-def short_sighted(speed: float, rng: np.random.Generator) -> Scenario:
-    """A robot whose lidar sees no farther than is admitted among discs of `speed`, m/s."""
-    changes = [
-        f"obstacles.max_speed={speed}",
-        "obstacles.caution=1",
-        f"robot.max_speed={rng.uniform(0.5, 1.5)}",
-        f"robot.max_acceleration={rng.uniform(1.0, 3.0)}",
-        f"lidar.rate={rng.choice((5.0, 10.0, 20.0))}",
-        f"lidar.delay={rng.choice((0.0, 0.1, 0.3))}",
-        f"drive.delay={rng.choice((0.0, 0.05, 0.2))}",
-        f"controller.rate={rng.choice((20.0, 50.0))}",
-        "lidar.beams=720",
-    ]
-    scenario = load_scenario("room", overrides=changes)
-    least = scenario.robot.radius + derive_margins(scenario).preferred + error_budget(scenario).symbols["F"]
-    return dataclasses.replace(scenario, lidar=dataclasses.replace(scenario.lidar, range_max=least + 1e-6))
-
-
-def path_to_robot(scenario: Scenario, place: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Way points (t, x, y) of a disc that leaves `place` to meet a robot that drives straight to its goal."""
-    robot, speed = scenario.robot, scenario.obstacles.max_speed * (1.0 - 1e-6)
-    speeding_up = robot.max_speed / robot.max_acceleration
-    meeting = max(rng.uniform(2.0, 8.0), speeding_up)
-    way = np.array((robot.max_speed * (meeting - 0.5 * speeding_up), 0.0)) - place
-    start = max(meeting - math.hypot(*way) / speed + rng.uniform(-0.3, 0.1), 0.0)
-    end = place + speed * (ATTACK_END - start) * way / max(math.hypot(*way), 1e-9)
-    rows = [(0.0, *place)] if start > 0.0 else []
-    return np.array([*rows, (start, *place), (ATTACK_END, *end)])
-
-
 def report(records: list[dict[str, Any]]) -> str:
     """How the drives ended, how far they led, and each that touched something."""
     counts = ", ".join(f"{n} {outcome}" for outcome, n in sorted(Counter(r["outcome"] for r in records).items()))
     kept = [r for r in records if "min_clearance_m" in r]
     lines = [f"{len(records)} drives: {counts}"]
-    if commands := sum(r.get("commands", 0) for r in kept):
-        lines.append(f"{commands} commands, {commands / sum(r['time_s'] for r in kept):.0f} a second of each process")
     if kept:
+        commands, way = (sum(r.get(key, 0) for r in kept) for key in ("commands", "path_m"))
         least = min(r["min_clearance_m"] for r in kept)
-        lines.append(f"{sum(r['path_m'] for r in kept):.0f} m driven; least clearance {1e3 * least:.1f} mm")
+        lines.append(f"{commands} commands, {way:.0f} m driven; least clearance {1e3 * least:.1f} mm")
     contacts = [r for r in records if r["outcome"] == "collision"]
     lines += [f"seed {r['seed']}: {r['contact']}, {r['scenario']} {' '.join(r['set'])}" for r in contacts]
     lines += [f"seed {r['seed']}: {r['why']}" for r in records if r["outcome"] == "crash"]
@@ -440,7 +336,7 @@ def report(records: list[dict[str, Any]]) -> str:
 
 def main(options: argparse.Namespace) -> int:
     """Drive, write the records as they come, print the report; the exit code is 1 if anything was touched."""
-    drive = partial(driven, commands=options.commands, attacks=options.attacks)
+    drive = partial(driven, commands=options.commands)
     records = run_cases(drive, range(options.seed, options.seed + options.drives), options)
     print(report(records))
     return int(any(record["outcome"] in ("collision", "crash") for record in records))
@@ -449,8 +345,6 @@ def main(options: argparse.Namespace) -> int:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=100, metavar="N", help="default: 100")
-    kinds = parser.add_mutually_exclusive_group()
-    kinds.add_argument("--commands", type=int, default=0, metavar="N", help="so many random commands, not a drive")
-    kinds.add_argument("--attacks", action="store_true", help="among discs that come to meet the robot")
+    parser.add_argument("--commands", type=int, default=0, metavar="N", help="so many random commands, not a drive")
     add_case_options(parser)
     raise SystemExit(main(parser.parse_args()))

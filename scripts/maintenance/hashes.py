@@ -15,6 +15,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from operator import methodcaller
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -161,11 +162,6 @@ def runs() -> Iterator[Run | ShortDrive]:
     yield from (Run("forest", number, method) for number, method in enumerate(METHODS))
 
 
-def hashes(run: Run | ShortDrive) -> list[str]:
-    """Return the hashes of a trial or a short drive."""
-    return run.hashes()
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run all; see `--help`. Returns 1 where a hash differs from the file's."""
     parser = argparse.ArgumentParser(description="Compare the hashes of a fixed list of trials and short drives.")
@@ -178,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     expected = {} if options.check is None else json.loads(options.check.read_text(encoding="utf-8"))
     listed, found, differing = [run for run in runs() if run.name().startswith(options.only)], {}, 0
     with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as executor:
-        for run, values in zip(listed, executor.map(hashes, listed), strict=True):
+        for run, values in zip(listed, executor.map(methodcaller("hashes"), listed), strict=True):
             found[run.name()] = values
             before = set(expected.get(run.name(), ()))
             gone, new = len(before.difference(values)), len(set(values) - before)

@@ -17,16 +17,11 @@ from drake_starnav.evaluation.report.results import Results, read_results
 from drake_starnav.evaluation.report.tables import tables_markdown
 from drake_starnav.evaluation.summary import Summary, compare, markdown_table, number, summarise
 from drake_starnav.utils.files import replacing
-from scripts.maintenance.trial_costs import costs_section, read_costs
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks" / "results"
-COSTS = FOLDER / "scaling.json"
-"""What benchmarks/scaling.py measured."""
 SECTION = "results", "python scripts/maintenance/record_results.py"
 """Name of the sections of README and docs/benchmark.md, and the command that writes them."""
-COSTS_SECTION = "costs", SECTION[1]
-"""The other section of docs/benchmark.md."""
 README_METHODS = ("star", "dwa", "star_paper")
 """What README compares, in this order: the default, the method most used on robots, the paper's own."""
 
@@ -85,12 +80,11 @@ def texts() -> dict[Path, str]:
     """The content of each file that depends on the results."""
     results = read_results(stored())
     readme, page = ROOT / "README.md", ROOT / "docs" / "benchmark.md"
-    text = with_section(page.read_text(encoding="utf-8"), *SECTION, benchmark_section(results))
     return {
         FOLDER / "environment.json": environment(results),
         FOLDER / "summary.md": summary(results),
         readme: with_section(readme.read_text(encoding="utf-8"), *SECTION, readme_section(results)),
-        page: with_section(text, *COSTS_SECTION, costs_section(read_costs(COSTS))),
+        page: with_section(page.read_text(encoding="utf-8"), *SECTION, benchmark_section(results)),
     }
 
 

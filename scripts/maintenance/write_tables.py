@@ -284,12 +284,10 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
     ]
     for section, cls in SECTIONS.items():
         parts.append(f"## {section}\n\n{_summary(cls)}\n\n{table(PARAMETER_HEAD, parameter_rows(cls, section))}\n")
-    parts.append("## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n")
     parts.append(
+        "## world\n\nThe parameters of each kind of world are in [worlds.md](worlds.md).\n\n"
         "## directives\n\nA list of Drake's model directives: the bodies of a `!Model`, see\n"
-        "[worlds.md](worlds.md#drake-models).\n"
-    )
-    parts.append(
+        "[worlds.md](worlds.md#drake-models).\n\n"
         "## plant_config, simulator_config\n\n"
         "Keys of Drake's `MultibodyPlantConfig` and `SimulatorConfig`, laid over the settings of this package's\n"
         "plant (except for `time_step`: see `simulation.time_step`) and Drake's defaults of the\n"
