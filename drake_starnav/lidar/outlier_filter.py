@@ -8,7 +8,8 @@ hit is doubted counts as lost, not as free: its neighbours bound it, and thus wh
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,28 +33,45 @@ class HitHistory:
 
     points: tuple[np.ndarray, ...] = ()
 
-    def remembered(self, points: np.ndarray) -> "HitHistory":
-        """The history with the hits (n, 2) of one more scan."""
+    def add_scan(self, points: np.ndarray) -> "HitHistory":
+        """Return the history with the hits (n, 2) of one more scan."""
         return HitHistory((*self.points[-CONFIRMING_SCANS + 1 :], points))
 
 
+class FilteredScan(NamedTuple):
+    """A scan without doubted hits.
+
+    Attributes:
+        scan: for the certificate.
+        confirmed_scan: for the roadmap, which keeps all hits it is given.
+        history: hits of this scan and of those before.
+    """
+
+    scan: LaserScan
+    confirmed_scan: LaserScan
+    history: HitHistory
+
+
+ScanFilter = Callable[[LaserScan, np.ndarray, HitHistory, float], FilteredScan]
+"""What discards doubted hits: `remove_lone_close_hits`, or `remove_outliers` with a noise."""
+
+
 def remove_outliers(
-    scan: LaserScan, pose: np.ndarray, history: HitHistory, noise: float = 0.0, body: float = 0.0
-) -> tuple[LaserScan, LaserScan]:
-    """Two versions of a scan in which doubted hits are lost (NaN): for the certificate and for the roadmap.
+    scan: LaserScan, pose: np.ndarray, history: HitHistory, body: float = 0.0, noise: float = 0.0
+) -> FilteredScan:
+    """Return a scan in which doubted hits are lost (NaN).
+
+    For the certificate, those are hits that neither a neighbouring beam nor earlier scans confirm. For the roadmap,
+    those that are not confirmed by both; while there are too few earlier scans, a neighbouring beam suffices.
 
     Args:
         scan: in the sensor frame S.
         pose: (x, y, yaw) of S in W when it was taken.
         history: hits of the scans before it.
-        noise: standard deviation of the ranges, m.
         body: radius of the robot about the sensor, m.
-
-    Returns:
-        For the certificate: without hits that neither a neighbouring beam nor earlier scans confirm. For the roadmap,
-        which keeps all hits it is given: without hits that are not confirmed by both. While there are too few earlier
-        scans, a neighbouring beam suffices.
+        noise: standard deviation of the ranges, m.
     """
+    next_history = history.add_scan(scan.points(pose))
     farthest = np.maximum(scan.distances, scan.range_min)  # a hit that is too close lies within range_min
     scan = lose_beams(scan, np.flatnonzero(scan.hits & (farthest < body - 3.0 * noise)))
     index = np.flatnonzero(scan.hits)
@@ -70,7 +88,8 @@ def remove_outliers(
         2.0 * noise,
     )
     is_trusted = has_neighbour & seen_before if len(history.points) >= CONFIRMATIONS else has_neighbour
-    return lose_beams(scan, index[~(has_neighbour | seen_before)]), lose_beams(scan, index[~is_trusted])
+    doubted, unconfirmed = index[~(has_neighbour | seen_before)], index[~is_trusted]
+    return FilteredScan(lose_beams(scan, doubted), lose_beams(scan, unconfirmed), next_history)
 
 
 def find_lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
@@ -89,9 +108,10 @@ def find_lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
     return close[(farther & (wraps | (neighbour_beams >= 0) & (neighbour_beams < n))).all(axis=1)]
 
 
-def remove_lone_close_hits(scan: LaserScan, body: float) -> LaserScan:
-    """Return the scan with its `find_lone_close_hits` lost."""
-    return lose_beams(scan, find_lone_close_hits(scan, body))
+def remove_lone_close_hits(scan: LaserScan, pose: np.ndarray, history: HitHistory, body: float) -> FilteredScan:
+    """Return a scan with its `find_lone_close_hits` lost; a `ScanFilter` that needs neither pose nor history."""
+    scan = lose_beams(scan, find_lone_close_hits(scan, body))
+    return FilteredScan(scan, scan, history)
 
 
 def lose_beams(scan: LaserScan, beams: Sequence[int] | np.ndarray) -> LaserScan:

@@ -59,3 +59,7 @@ class Margins:
     average_scans: bool
     drop_seen_through: bool
     retention: ViewRetention
+
+    def hit_range(self, radius: float) -> float:
+        """Return up to which distance hits matter to the certificate of a body of this radius, m."""
+        return self.safety_range + 2.0 * (radius + self.safety)

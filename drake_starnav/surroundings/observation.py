@@ -44,7 +44,12 @@ class Observation:
         """Return the same observation with the region of a robot of another radius (m) or with other margins."""
         samples = 0 if self.region is None else len(self.region.free_range)
         region = make_scan_region(self.scan, self.pose, radius, margins, samples)
-        return dataclasses.replace(self, region=clear_region(region, self.remembered_hits, radius))
+        return Observation(region, self.scan, self.pose).bounded_by(self.remembered_hits, radius)
+
+    def bounded_by(self, remembered_hits: np.ndarray, radius: float) -> "Observation":
+        """Return the observation with its region cut back to remembered hits (k, 2), W, for a robot's radius, m."""
+        region = None if self.region is None else clear_region(self.region, remembered_hits, radius)
+        return dataclasses.replace(self, region=region, remembered_hits=remembered_hits)
 
     def moved(self, frame: np.ndarray) -> "Observation":
         """Return the observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""

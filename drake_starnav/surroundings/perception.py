@@ -12,12 +12,12 @@ from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import ROUNDING, TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, find_newest
+from drake_starnav.lidar.outlier_filter import ScanFilter, remove_lone_close_hits
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.polar_image import covers_full_circle, find_remembered_hits, make_polar_image
-from drake_starnav.surroundings.recent_hits import NO_POINTS
-from drake_starnav.surroundings.star_region import clear_region, make_scan_region
-from drake_starnav.surroundings.surroundings import Surroundings, is_on_axis, observe
+from drake_starnav.surroundings.polar_image import PlacedBeams, find_remembered_hits, make_polar_image
+from drake_starnav.surroundings.star_region import StarRegion, make_scan_region
+from drake_starnav.surroundings.surroundings import Surroundings, find_earlier_views, is_on_axis, observe
 from drake_starnav.surroundings.view import RangeSmoothing, View, ViewParams, carry_view, make_view
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 from drake_starnav.utils.timing import EARLY
@@ -93,26 +93,21 @@ class PerceptionSettings(NamedTuple):
     Attributes:
         margins: of the planner's region and of the certified star.
         footprint: of the robot.
-        outlier_noise: standard deviation of the ranges at which outliers are removed, see `without_outliers`, m; None:
-            they are not.
         mounts: of the lidars.
-        has_planner: whether somebody plans: without, no region is made, only what is certified.
+        filter_scan: what discards doubted hits.
     """
 
     margins: Margins
     footprint: Footprint
-    outlier_noise: float | None = None
     mounts: tuple[Mount, ...] = (ON_AXIS,)
-    has_planner: bool = True
+    filter_scan: ScanFilter = remove_lone_close_hits
 
     @property
     def view_params(self) -> ViewParams:
         """What `make_view` needs of it."""
         margins = self.margins
         smoothing = RangeSmoothing(margins.smoothed_beams, margins.smoothing_slack)
-        return ViewParams(
-            self.footprint, smoothing, margins.thinnest, self.outlier_noise, margins.retention.range_error
-        )
+        return ViewParams(self.footprint, smoothing, margins.thinnest, self.filter_scan, margins.retention.range_error)
 
 
 Perceive = Callable[[PerceptionState, Sequence[LaserScan], np.ndarray, PerceptionSettings], PerceptionState]
@@ -134,8 +129,9 @@ def perceive(
     views = carry_fresh_views(latest_views, robot_pose, find_newest(scans))
     if len(views) < len(settings.mounts):  # some lidar has not looked yet, or not for long
         return replace_fields(state, latest_views=latest_views)
-    surroundings = observe(state.surroundings, views, robot_pose, settings.footprint, settings.margins)
-    observation = make_observation(state, surroundings, views, settings)
+    earlier_views = find_earlier_views(state.surroundings, views, robot_pose, settings.footprint)
+    surroundings = observe(state.surroundings, views, earlier_views, settings.footprint, settings.margins)
+    observation = make_observation(surroundings, views, earlier_views or (), state.observation.region, settings)
     return PerceptionState(observation, surroundings, latest_views)
 
 
@@ -169,35 +165,30 @@ def carry_fresh_views(latest_views: tuple[View | None, ...], robot_pose: np.ndar
 
 
 def make_observation(
-    previous_observation: PerceptionState,
     surroundings: Surroundings,
     views: Sequence[View],
+    earlier_views: Sequence[PlacedBeams],
+    previous_region: StarRegion | None,
     settings: PerceptionSettings,
 ) -> Observation:
     """Return what the planner gets of the views: their polar image, and the star-shaped region in it.
 
     Args:
-        previous_observation: state before the scans.
         surroundings: with the views.
         views: of all lidars.
+        earlier_views: beams of views before, see `find_earlier_views`; none where lidars see all around.
+        previous_region: of the observation before; the new one has as many samples, though beams may vary.
         settings: of robot and sensors.
     """
     margins, footprint, robot_pose = settings.margins, settings.footprint, surroundings.robot_pose
-    image, earlier = surroundings.image, []
-    if not covers_full_circle(views, footprint):
-        earlier = previous_observation.surroundings.coarse_views(robot_pose)
+    radius, image = footprint.cover_radius, surroundings.image
     if any(view.confirmed_scan is not view.scan for view in views):
-        image = make_polar_image(views, footprint, earlier, confirmed=True)
-    if not settings.has_planner:
-        return Observation(None, image, robot_pose)
-    first = previous_observation.observation.region
-    samples = 0 if first is None else len(first.free_range)  # though the number of beams may vary
-    region = make_scan_region(image, robot_pose, footprint.cover_radius, margins, samples)
-    remembered_hits = NO_POINTS
-    if earlier and is_on_axis(views):
-        points = find_remembered_hits(views, earlier).points
-        hit_range = margins.safety_range + 2.0 * (footprint.cover_radius + margins.safety)
-        remembered_hits = transform_points(robot_pose, points[np.hypot(*points.T) < hit_range])
-    return Observation(
-        clear_region(region, remembered_hits, footprint.cover_radius), image, robot_pose, remembered_hits
-    )
+        image = make_polar_image(views, footprint, earlier_views, confirmed=True)
+    samples = 0 if previous_region is None else len(previous_region.free_range)
+    region = make_scan_region(image, robot_pose, radius, margins, samples)
+    observation = Observation(region, image, robot_pose)
+    if not earlier_views or not is_on_axis(views):
+        return observation
+    hits = find_remembered_hits(views, earlier_views).points
+    near_hits = hits[np.hypot(*hits.T) < margins.hit_range(radius)]
+    return observation.bounded_by(transform_points(robot_pose, near_hits), radius)

@@ -13,12 +13,12 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
-from drake_starnav.lidar.laser_scan import Beams, LaserScan
+from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
 from drake_starnav.surroundings.erosion import field_of_view, smooth_distances
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.polar_image import covers_full_circle, make_polar_image
+from drake_starnav.surroundings.polar_image import PlacedBeams, covers_full_circle, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits, RecentHits
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_scan
 from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
@@ -106,7 +106,7 @@ class Surroundings:
         others = self.current_views.select(np.arange(1, len(self.current_views.views)))
         return ViewArrays.of(others.followed_by(self.past_views))
 
-    def coarse_views(self, robot_pose: np.ndarray) -> list[tuple[Beams, np.ndarray]]:
+    def coarse_views(self, robot_pose: np.ndarray) -> list[PlacedBeams]:
         """Return beams of the current and of some past views, each with its pose in the frame of a robot pose, W."""
         every = np.arange(len(self.past_views.views))
         some = self.past_views.select(np.concatenate((every[:-1:COARSE], every[-1:])))
@@ -136,10 +136,17 @@ class Surroundings:
         )
 
 
+def find_earlier_views(
+    previous_surroundings: Surroundings, views: Sequence[View], robot_pose: np.ndarray, footprint: Footprint
+) -> list[PlacedBeams] | None:
+    """Return earlier views in the frame of a robot pose, for what the views do not see; None: they see all around."""
+    return None if covers_full_circle(views, footprint) else previous_surroundings.coarse_views(robot_pose)
+
+
 def observe(
     previous_surroundings: Surroundings,
     views: Sequence[View],
-    robot_pose: np.ndarray,
+    earlier_views: Sequence[PlacedBeams] | None,
     footprint: Footprint,
     margins: Margins,
 ) -> Surroundings:
@@ -148,14 +155,13 @@ def observe(
     Args:
         previous_surroundings: the surroundings before.
         views: of all lidars, taken or carried to the same time and robot pose.
-        robot_pose: (x, y, yaw) of the robot then, W.
+        earlier_views: see `find_earlier_views`.
         footprint: of the robot.
         margins: that are kept.
     """
-    radius, time = footprint.cover_radius + margins.safety, views[0].time
-    full_circle = covers_full_circle(views, footprint)
-    image = make_polar_image(views, footprint, [] if full_circle else previous_surroundings.coarse_views(robot_pose))
-    reach = min(margins.safety_range + 2.0 * radius, image.range_max)
+    radius, time, robot_pose = footprint.cover_radius + margins.safety, views[0].time, views[0].robot_pose
+    image = make_polar_image(views, footprint, earlier_views or ())
+    reach = min(margins.hit_range(footprint.cover_radius), image.range_max)
     views, recent_hits = find_surfaces(views, previous_surroundings.recent_hits, reach)
     star_image, star_hits = image, recent_hits.hits
     if margins.average_scans and image.motion is None:
@@ -168,7 +174,7 @@ def observe(
         else previous_surroundings.odometer
     )
     past_views = remember_views(previous_surroundings, views, odometer, footprint, margins)
-    star_view = field_of_view(image) if full_circle or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
+    star_view = field_of_view(image) if earlier_views is None or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
     return Surroundings(
         robot_pose=robot_pose,
         image=image,
@@ -227,7 +233,7 @@ def remember_views(
     """Return the past views that still count; the last one is the initial free disc, as long as it does."""
     x, y, yaw = views[0].robot_pose.tolist()
     if previous_surroundings.has_views:
-        reach = margins.safety_range + 2.0 * (footprint.radius + margins.safety)
+        reach = margins.hit_range(footprint.radius)
         retention = margins.retention._replace(reach=reach, spacing=VIEW_SPACING * footprint.radius)
         past = forget_stale_views(
             previous_surroundings.past_views,

@@ -13,7 +13,7 @@ from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame, transf
 from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import HIT, Beams, LaserScan, place_ends
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
-from drake_starnav.lidar.outlier_filter import HitHistory, remove_lone_close_hits, remove_outliers
+from drake_starnav.lidar.outlier_filter import HitHistory, ScanFilter, remove_lone_close_hits
 from drake_starnav.surroundings.bearing_hits import measure_half_gaps
 from drake_starnav.surroundings.chords import Chords, chords_from_hits, measure_visible_ranges, occluding_chords
 from drake_starnav.surroundings.erosion import average_neighbours
@@ -46,14 +46,14 @@ class ViewParams(NamedTuple):
         footprint: of the robot.
         smoothing: of the ranges from which hits are made.
         thinnest: width of the thinnest obstacle that the certificate must not miss, m; infinite: nobody relies on it.
-        outlier_noise: standard deviation of the ranges at which outliers are discarded, m; None: they are not.
+        filter_scan: what discards doubted hits.
         range_error: subtracted from visible ranges, m: among many views the one with the largest error decides.
     """
 
     footprint: Footprint
     smoothing: RangeSmoothing = RangeSmoothing()
     thinnest: float = math.inf
-    outlier_noise: float | None = None
+    filter_scan: ScanFilter = remove_lone_close_hits
     range_error: float = 0.0
 
 
@@ -144,17 +144,11 @@ def make_view(scan: LaserScan, mount: Mount, robot_pose: np.ndarray, previous: V
     own_reach = cover_radius - mount.offset
     if (scan.cover_radius, scan.thinnest) != (cover_radius, params.thinnest):
         scan = dataclasses.replace(scan, cover_radius=cover_radius, thinnest=params.thinnest)
-    if params.outlier_noise is None:
-        scan = remove_lone_close_hits(scan, own_reach)
     scan, pose = align_with_robot(scan, mount), mount.unturned(robot_pose)
     if previous is not None and scan.time_increment:
         scan = deskew_scan(scan, mount.unturned(previous.robot_pose), previous.time, pose, own_reach)
     history = HitHistory() if previous is None else previous.hit_history
-    confirmed = scan
-    if params.outlier_noise is not None:
-        history_points = scan.points(pose)
-        scan, confirmed = remove_outliers(scan, pose, history, params.outlier_noise, own_reach)
-        history = history.remembered(history_points)
+    scan, confirmed, history = params.filter_scan(scan, pose, history, own_reach)
     if confirmed is not scan or not scan.beams.complete:
         confirmed = confirmed.again(confirmed.ranges, thinnest=math.inf)
     return View(scan, confirmed, mount, robot_pose, history, params)

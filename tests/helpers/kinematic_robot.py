@@ -44,7 +44,7 @@ class KinematicRobot:
         margins, robot, controller = derive_margins(scenario, mounts), scenario.robot, scenario.controller
         self._lidars = tuple(zip(scenario.all_lidars, mounts, strict=True))
         self._world, self._seed, self._margin, self._rate = world, seed, margins.safety, controller.rate
-        self._settings = PerceptionSettings(margins, robot.shape, None, tuple(mounts), has_planner=False)
+        self._settings = PerceptionSettings(margins, robot.shape, tuple(mounts))
         self._shapes = visible_shapes(world)
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._ticks, self._scans, self.least = 0, 0, np.inf

@@ -17,7 +17,7 @@ from drake_starnav.surroundings.margins import Margins, ViewRetention
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.region_union import RegionUnion, find_first_gap
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, make_scan_region
-from drake_starnav.surroundings.surroundings import Surroundings, observe
+from drake_starnav.surroundings.surroundings import Surroundings, find_earlier_views, observe
 from drake_starnav.surroundings.unseen import BodyStep, is_known_free
 from drake_starnav.surroundings.view import View, ViewParams, make_view
 from drake_starnav.surroundings.view_arrays import ViewArrays
@@ -75,7 +75,8 @@ def observe_scan(
     shape = shape or disc(RADIUS)
     margins = dataclasses.replace(MARGINS, safety=radius - shape.cover_radius, safety_range=reach)
     view = make_view(scan, ON_AXIS, pose, None, ViewParams(shape))
-    return observe(before or Surroundings.unknown(), [view], pose, shape, margins)
+    before = before or Surroundings.unknown()
+    return observe(before, [view], find_earlier_views(before, [view], pose, shape), shape, margins)
 
 
 def silence() -> LaserScan:

@@ -209,7 +209,7 @@ TEE = footprint((rectangle(0.55, 0.2, -0.075), ((0.15, -0.4), (0.3, -0.4), (0.3,
 
 def looks_at(world: World, poses: np.ndarray, shape: Footprint, mount: Mount = ON_AXIS, **view: float) -> Surroundings:
     """What scans at poses (n, 3) certify, one after the other."""
-    state, settings = PerceptionState.initial(), PerceptionSettings(MARGINS, shape, None, (mount,))
+    state, settings = PerceptionState.initial(), PerceptionSettings(MARGINS, shape, (mount,))
     for k, pose in enumerate(poses):
         scan = dataclasses.replace(cast(world, compose_poses(pose, mount[:3]), beams=720, **view), time=0.1 * k)
         state = perceive(state, (scan,), pose, settings)

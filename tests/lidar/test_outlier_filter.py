@@ -60,29 +60,29 @@ def test_a_third_scan_confirms_a_thin_obstacle_from_another_place():
         beam = round((math.atan2(offset[1], offset[0]) - pose[2] + math.pi) / (2.0 * math.pi / 360))
         scan = lonely(**{f"b{beam}": float(np.hypot(*offset))})
         assert remove_outliers(scan, pose, history)[0].hits.any() == (k >= CONFIRMATIONS == 2)
-        history = history.remembered(scan.points(pose))
+        history = history.add_scan(scan.points(pose))
 
 
 def test_old_scans_confirm_nothing():
     scan, history = lonely(b10=1.0), NOTHING
     for _ in range(CONFIRMATIONS):
-        history = history.remembered(scan.points())
+        history = history.add_scan(scan.points())
     for _ in range(CONFIRMING_SCANS - CONFIRMATIONS):
-        history = history.remembered(np.zeros((0, 2)))
+        history = history.add_scan(np.zeros((0, 2)))
         assert remove_outliers(scan, ORIGIN, history)[0].hits.any()
-    assert not remove_outliers(scan, ORIGIN, history.remembered(np.zeros((0, 2))))[0].hits.any()
+    assert not remove_outliers(scan, ORIGIN, history.add_scan(np.zeros((0, 2))))[0].hits.any()
 
 
 def test_a_hit_inside_the_robot_is_an_outlier_even_with_a_neighbour():
     scan = lonely(b10=0.2, b11=0.2, b90=0.22, b91=0.25, b200=-np.inf, b201=-np.inf)
-    kept, certain = remove_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)
+    kept, certain, _ = remove_outliers(scan, ORIGIN, NOTHING, 0.25, 0.01)
     assert np.flatnonzero(kept.lost).tolist() == np.flatnonzero(certain.lost).tolist() == [10, 11, 200, 201]
-    assert remove_outliers(scan, ORIGIN, NOTHING, 0.01)[0].beams.complete
+    assert remove_outliers(scan, ORIGIN, NOTHING, noise=0.01)[0].beams.complete
 
 
 def test_a_hit_too_close_is_none_for_a_lidar_whose_minimum_range_exceeds_the_robot():
     scan = dataclasses.replace(lonely(b200=-np.inf, b201=-np.inf), range_min=0.3)
-    assert remove_outliers(scan, ORIGIN, NOTHING, 0.01, 0.25)[0].beams.complete
+    assert remove_outliers(scan, ORIGIN, NOTHING, 0.25, 0.01)[0].beams.complete
 
 
 @pytest.mark.parametrize("value", [-np.inf, 0.05, 0.2])
@@ -91,7 +91,7 @@ def test_a_beam_that_alone_sees_something_inside_the_robot_errs(value):
     for beam in (2, 90, 197):
         scan = LaserScan(**view, ranges=np.where(np.arange(200) == beam, value, 3.0))
         assert find_lone_close_hits(scan, 0.25).tolist() == [beam]
-        assert np.flatnonzero(remove_lone_close_hits(scan, 0.25).lost).tolist() == [beam]
+        assert np.flatnonzero(remove_lone_close_hits(scan, ORIGIN, NOTHING, 0.25).scan.lost).tolist() == [beam]
 
 
 @pytest.mark.parametrize("bearing", np.linspace(-3.0, 3.0, 7))
@@ -116,7 +116,7 @@ def test_what_is_two_beams_wide_where_it_is_too_close_counts(bearing, gap):
 @given(seeds)
 def test_what_two_neighbouring_beams_hit_is_never_doubted(seed):
     scan = cast(scattered(np.random.default_rng(seed)))
-    kept, certain = remove_outliers(scan, ORIGIN, NOTHING)
+    kept, certain, _ = remove_outliers(scan, ORIGIN, NOTHING)
     points = np.where(scan.hits[:, None], scan.points_at(scan.distances, np.ones(360, bool), ORIGIN), np.inf)
     with np.errstate(invalid="ignore"):
         chord = np.hypot(*(points - np.roll(points, 1, axis=0)).T)
@@ -136,8 +136,8 @@ def test_nearly_all_strays_and_hardly_any_surface_are_doubted(seed, share):
     for k in range(10):
         ranges = measure(truth.ranges, lidar, seed, k)
         scan = dataclasses.replace(truth, ranges=ranges)
-        kept, certain = remove_outliers(scan, ORIGIN, history)
-        history = history.remembered(scan.points())
+        kept, certain, _ = remove_outliers(scan, ORIGIN, history)
+        history = history.add_scan(scan.points())
         stray = (truth.distances - scan.distances) > 0.3
         strays, survivors = strays + stray.sum(), survivors + kept.hits[stray].sum()
         if k >= CONFIRMATIONS:

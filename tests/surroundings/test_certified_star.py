@@ -111,7 +111,7 @@ def test_averaged_ranges_bound_the_star_but_measured_ones_are_remembered() -> No
     seen, pose, shape = Surroundings.unknown(), np.zeros(3), disc(RADIUS)
     for away in (0.60, 0.62):
         view = make_view(all_around(b0_360=away), ON_AXIS, pose, None, ViewParams(shape))
-        seen = observe(seen, [view], pose, shape, margins)
+        seen = observe(seen, [view], None, shape, margins)
     star = seen.certified_star
     np.testing.assert_allclose(np.hypot(*star.boundary.points.T), 0.61, atol=1e-4)
     np.testing.assert_allclose(np.hypot(*seen.recent_hits.hits.points.T), np.repeat((0.60, 0.62), 360))

@@ -1,6 +1,7 @@
 """The scans of lidars anywhere on the robot as one scan about its axis."""
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 
@@ -14,6 +15,7 @@ from drake_starnav.geometry.footprint import covered, disc, footprint
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_COVER_RADIUS, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
+from drake_starnav.lidar.outlier_filter import remove_outliers
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
@@ -96,7 +98,7 @@ def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
 @NAMES
 def test_space_at_the_rim_of_certified_regions_is_free(name: str) -> None:
     lidars, rng = LIDARS[name], np.random.default_rng(11)
-    settings, least = PerceptionSettings(MARGINS, BODY, None, mounts(lidars)), math.inf
+    settings, least = PerceptionSettings(MARGINS, BODY, mounts(lidars)), math.inf
     for k in range(90):
         pose = np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
         world = needles(rng, lidars, pose) if k % 3 == 2 else blocks(rng, *((6, 8, 1.0), (10, 14, 0.45))[k % 3])
@@ -127,7 +129,7 @@ def test_rays_end_where_space_is_free(name: str) -> None:
 @NAMES
 def test_rays_end_where_space_is_free_though_one_lidar_looked_from_elsewhere(name: str) -> None:
     lidars, rng = LIDARS[name], np.random.default_rng(21)
-    settings = PerceptionSettings(MARGINS, BODY, None, mounts(lidars))
+    settings = PerceptionSettings(MARGINS, BODY, mounts(lidars))
     for _ in range(20):
         world, earlier = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
         pose = compose_poses(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
@@ -264,14 +266,15 @@ def test_views_that_tell_too_little_are_refused() -> None:
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_outliers_are_found_by_each_lidar_before_their_scans_are_merged(noise: float) -> None:
     world = World("room", (0, 0, 0), (0, 0), bounds=(-3.0, -3.0, 3.0, 3.0))
-    settings = PerceptionSettings(MARGINS, BODY, noise, mounts(CORNERS))
+    settings = PerceptionSettings(MARGINS, BODY, mounts(CORNERS))
     scans = looks(world, CORNERS)
     ranges = scans[1].ranges.copy()
     ranges[100] = 0.9
     scans[1] = type(scans[1])(0.0, scans[1].angle_min, scans[1].angle_increment, 0.0, 5.0, ranges)
-    known = perceive(PerceptionState.initial(), scans, ORIGIN, settings)
-    assert len(known.latest_views) == 2
-    plain = perceive(PerceptionState.initial(), scans, ORIGIN, settings._replace(outlier_noise=None))
+    plain = perceive(PerceptionState.initial(), scans, ORIGIN, settings)
+    assert len(plain.latest_views) == 2
+    filtering = settings._replace(filter_scan=functools.partial(remove_outliers, noise=noise))
+    known = perceive(PerceptionState.initial(), scans, ORIGIN, filtering)
     assert np.hypot(*plain.surroundings.certified_star.boundary.points.T).min() < 1.2
     counts = [[np.count_nonzero(view.scan.hits) for view in each.latest_views] for each in (plain, known)]
     assert counts[0] == [counts[1][0], counts[1][1] + 1]  # the stray hit is none; it may hide what is thin
@@ -293,7 +296,7 @@ def test_a_polygon_s_lidars_see_from_its_corners() -> None:
 def test_polygons_that_keep_clear_of_chords_and_shadows_touch_nothing(name: str) -> None:
     box = footprint(((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)))
     lidars, rng = LIDARS[name], np.random.default_rng(13)
-    settings, accepted, least = PerceptionSettings(MARGINS, box, None, mounts(lidars)), 0, math.inf
+    settings, accepted, least = PerceptionSettings(MARGINS, box, mounts(lidars)), 0, math.inf
     for _ in range(60):
         world, pose = blocks(rng, 10, 14, 0.5), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
         solid = [shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius in world.discs]
