@@ -1,1 +1,1 @@
-"""Poses, polylines, trajectories, ray casting, plane slices and meshes."""
+"""Poses, polylines, trajectories and footprints."""

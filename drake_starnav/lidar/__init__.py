@@ -1,4 +1,4 @@
-"""Laser scans, and the errors of a sensor."""
+"""Laser scans, the errors of a sensor, and the ray casts of a simulated one."""
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.scan_log import LoggedScan, read_scan_log

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
 from drake_starnav.robot.motion import Pose, advance_pose, convert_to_velocity, roll_out

@@ -13,8 +13,8 @@ from pydrake.perception import PointCloud
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State, ValueProducer
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.raycast import Fan
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.raycast import Fan
 from drake_starnav.lidar.sensor_model import LidarParameters, arrives, find_released, find_scan_index, measure
 from drake_starnav.station.scene_slices import SceneSlices
 from drake_starnav.systems.release import declare_value, declare_vector, weakly

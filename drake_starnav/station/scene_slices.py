@@ -1,6 +1,6 @@
-"""What a scan plane cuts out of the shapes of a SceneGraph, as rows for `drake_starnav.geometry.raycast`.
+"""What a scan plane cuts out of the shapes of a SceneGraph, as rows for `drake_starnav.lidar.raycast`.
 
-Shapes are read once per geometry version into the solids of `drake_starnav.geometry.plane_slices`.
+Shapes are read once per geometry version into the solids of `drake_starnav.lidar.plane_slices`.
 
 Slices are kept in the frame F that the shapes move with (the world frame for anchored ones), and recomputed only
 when the scan plane has moved relative to F. The plane is rounded first (its normal to 1e-6, its distance from F's
@@ -33,8 +33,8 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 
-from drake_starnav.geometry.plane_slices import EVERYWHERE, Slab, Solids, find_scan_planes, slice_solids
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, cast_rolling
+from drake_starnav.lidar.plane_slices import EVERYWHERE, Slab, Solids, find_scan_planes, slice_solids
+from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, cast_rolling
 from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
 from drake_starnav.worlds.footprints import box_vertices
 

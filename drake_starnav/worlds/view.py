@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.polyline import resample_polyline
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
 from drake_starnav.worlds.world import World
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.ndimage import label
 
 from drake_starnav.geometry.footprint import disc
-from drake_starnav.geometry.raycast import Fan, cast_groups
+from drake_starnav.lidar.raycast import Fan, cast_groups
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario

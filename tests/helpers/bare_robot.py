@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_starnav.geometry.raycast import Fan, cast_groups
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.raycast import Fan, cast_groups
 from drake_starnav.lidar.sensor_model import measure
 from drake_starnav.robot.motion import Pose, advance_pose, convert_to_velocity
 from drake_starnav.runtime import Odometry

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav import LaserScan, Scenario
-from drake_starnav.geometry.raycast import Fan, Shapes, cast_groups, make_segment_rows
+from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_segment_rows
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.intake import (

@@ -27,7 +27,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.raycast import Fan
+from drake_starnav.lidar.raycast import Fan
 from drake_starnav.station.scene_slices import SceneSlices
 
 FAN = Fan.regular(-np.pi, 2.0 * np.pi / 120, 120)

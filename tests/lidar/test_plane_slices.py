@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.plane_slices import SLAB, Slab, Solids, find_scan_planes, slice_solids
+from drake_starnav.lidar.plane_slices import SLAB, Slab, Solids, find_scan_planes, slice_solids
 
 
 def level(height: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Slices of solids by a plane, as rows for `drake_starnav.geometry.raycast`.
+"""Slices of solids by a plane, as rows for `drake_starnav.lidar.raycast`.
 
 Solids have two exact forms: solids of revolution and ellipsoids are (clipped) quadrics, whose slices are (clipped)
 conics; polyhedra are convex faces, whose slices are segments. Hence the slice of a tilted cylinder is exact, an ellipse
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf
-from drake_starnav.geometry.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
+from drake_starnav.lidar.raycast import CIRCLE, COLUMNS, CONIC, SEGMENT
 
 RESOLUTION = 1e-6
 """Rounding of a plane: of its unit normal, and of its distance from the origin in metres."""
@@ -92,7 +92,7 @@ class Slab(NamedTuple):
 
 
 def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, float] = EVERYWHERE) -> np.ndarray:
-    """The slice of solids, as rows for `drake_starnav.geometry.raycast`.
+    """The slice of solids, as rows for `drake_starnav.lidar.raycast`.
 
     Args:
         solids: in a frame F.

@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.geometry.raycast import (
+from drake_starnav.lidar.raycast import (
     CIRCLE,
     COLUMNS,
     CONIC,
