@@ -8,8 +8,8 @@ from drake_starnav.geometry.polyline import resample_polyline
 from drake_starnav.lidar.scan_log import LoggedScan
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds import World
-from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.outlines import make_rectangle, place
+from drake_starnav.worlds.shortest_path import find_shortest_path
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
 LENGTH, WIDTH = 60.0, 40.0
@@ -63,7 +63,7 @@ def tour(world: World, places: np.ndarray, length: float, seed: int) -> np.ndarr
     while total < length:
         there = tuple(places[order.integers(len(places))])
         leg = dataclasses.replace(world, start=(*at, 0.0), goal=there)
-        found = shortest_path(leg, CLEARANCE, resolution=0.1)
+        found = find_shortest_path(leg, CLEARANCE, resolution=0.1)
         if found is None:
             continue
         parts.append(found[1])
@@ -103,8 +103,8 @@ def _wall(at: float, first: float, last: float, doors: list[tuple[float, float]]
     ends = [first, *(end for door in doors for end in door), last]
     pieces = zip(ends[::2], ends[1::2], strict=True)
     if along_y:
-        return [rectangle(at - WALL, a, at + WALL, b) for a, b in pieces]
-    return [rectangle(a, at - WALL, b, at + WALL) for a, b in pieces]
+        return [make_rectangle(at - WALL, a, at + WALL, b) for a, b in pieces]
+    return [make_rectangle(a, at - WALL, b, at + WALL) for a, b in pieces]
 
 
 def _furniture(
@@ -117,5 +117,5 @@ def _furniture(
         half = 0.5 * rng.uniform((0.4, 0.3), (1.8, 0.8))
         where, angle = rng.uniform(np.minimum(low, high), np.maximum(low, high)), rng.uniform(0.0, np.pi)
         if np.hypot(*(where - middle)) > np.hypot(*half) + 2.0 * CLEARANCE:
-            pieces.append(place(rectangle(*-half, *half), where, angle))
+            pieces.append(place(make_rectangle(*-half, *half), where, angle))
     return pieces

@@ -18,7 +18,7 @@ import trimesh
 
 from benchmarks.whole import FIRST_SEED, timed
 from drake_starnav import Scenario, Trial, load_scenario, parse_scenario, run_trial
-from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.summary import format_markdown_table
 from drake_starnav.simulation.robots import run_robots
 
 WORLDS = ("forest", "maze", "room")
@@ -125,7 +125,7 @@ def measure(name: str, rows: dict[str, list[Scenario]], trials: int) -> str:
                 cost.drive(kind, FIRST_SEED + max(k, 0))
     first = next(iter(costs.values())).ms
     head = (name, "ms per simulated second", "of the first", "scan, us", "nodes", "reached")
-    return markdown_table(head, [(row, *cost.figures(first)) for row, cost in costs.items()])
+    return format_markdown_table(head, [(row, *cost.figures(first)) for row, cost in costs.items()])
 
 
 def main() -> None:

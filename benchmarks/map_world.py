@@ -17,7 +17,7 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
+from drake_starnav.worlds import RosMap, compute_clearance, find_shortest_path, make_world
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from tests.helpers.maps import write_map
 
@@ -71,12 +71,12 @@ def main() -> int:
         begin = time.perf_counter()
         worlds = [make_world(RosMap(file=str(path)), seed, robot.radius) for seed in range(options.pairs)]
         read = (time.perf_counter() - begin) / options.pairs
-    shortest_path(worlds[0], robot.radius)  # compiles
+    find_shortest_path(worlds[0], robot.radius)  # compiles
     report("boxes", f"{len(worlds[0].polygons)}")
     report("read the map, draw start and goal", f"{read:.2f} s")
     for world in worlds:
         begin = time.perf_counter()
-        found = shortest_path(world, robot.radius)
+        found = find_shortest_path(world, robot.radius)
         took = time.perf_counter() - begin
         report("shortest path", f"{took:.2f} s for {found[0]:.1f} m" if found else "none")
     begin = time.perf_counter()
@@ -90,9 +90,9 @@ def main() -> int:
     simulator.AdvanceTo(now + 5.0)
     report("a simulated second at rest, with scans", f"{1e3 * (time.perf_counter() - begin) / 5.0:.0f} ms")
     places = np.random.default_rng(0).uniform(worlds[0].extent[:2], worlds[0].extent[2:], (20_000, 2))
-    clearance(worlds[0], places[:10])
+    compute_clearance(worlds[0], places[:10])
     begin = time.perf_counter()
-    clearance(worlds[0], places)
+    compute_clearance(worlds[0], places)
     report("clearances of 20,000 places", f"{time.perf_counter() - begin:.2f} s")
     return 0
 

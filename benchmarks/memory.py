@@ -9,10 +9,10 @@ import sys
 from collections.abc import Sequence
 
 from benchmarks.soak import memory_mb
-from drake_starnav.cli.options import add_overrides, exit_code
+from drake_starnav.cli.options import add_overrides, run_for_exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import make_cases, make_jobs, run_job
-from drake_starnav.evaluation.workers import local_processes
+from drake_starnav.evaluation.workers import start_local_processes
 
 SCENARIOS = ("forest", "maze", "room", "crowd_room")
 WARM = 20
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--timeout", type=float, default=SHORT, help=f"of a trial, s (default: {SHORT:g})")
     add_overrides(parser)
     options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: run(options))
+    return run_for_exit_code(parser.prog, lambda: run(options))
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     cases = make_cases(options.scenario, options.method, overrides)
     jobs = make_jobs(cases, -(-options.trials // len(cases)), seed=0)[: options.trials]
     held = {}
-    with local_processes(1) as worker:
+    with start_local_processes(1) as worker:
         for count, job in enumerate(jobs, 1):
             record = worker.submit(run_job, job).result()
             if record["outcome"] == "error":

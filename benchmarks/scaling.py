@@ -17,12 +17,12 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.cli.options import check_numbers, exit_code
+from drake_starnav.cli.options import check_numbers, run_for_exit_code
 from drake_starnav.evaluation import workers as workers_module
-from drake_starnav.evaluation.cluster import dask_pool
+from drake_starnav.evaluation.cluster import connect_dask_pool
 from drake_starnav.evaluation.jobs import Job, Record, make_cases, make_jobs, run_job
-from drake_starnav.evaluation.trial_file import TrialFile, make_header, processor_name
-from drake_starnav.evaluation.workers import local_processes, run_jobs
+from drake_starnav.evaluation.trial_file import TrialFile, find_processor_name, make_header
+from drake_starnav.evaluation.workers import run_jobs, start_local_processes
 from drake_starnav.utils.files import write_text
 
 SCENARIOS = ("forest", "maze", "room")
@@ -36,11 +36,11 @@ def measure(trials: int, rounds: int) -> dict[str, Any]:
     jobs = make_jobs(make_cases(SCENARIOS, ["star"]), trials, seed=1000)
     times: dict[int, list[float]] = {1: [], 2: []}
     start = time.perf_counter()
-    with local_processes(1) as one:
+    with start_local_processes(1) as one:
         one.submit(run_job, jobs[0]).result()
         first = time.perf_counter() - start
         start_s = first - timed_round(one, jobs[:1])[0]
-        with local_processes(2) as two:
+        with start_local_processes(2) as two:
             timed_round(two, jobs[:4])  # both are up and have compiled
             longest = 0.0
             for _ in range(rounds):
@@ -49,7 +49,7 @@ def measure(trials: int, rounds: int) -> dict[str, Any]:
                     times[count].append(seconds)
                     longest = max(longest, *(record["wall_s"] for record in records))
     return {
-        "processor": processor_name(),
+        "processor": find_processor_name(),
         "scenarios": SCENARIOS,
         "trials": len(jobs),
         "rounds": rounds,
@@ -80,7 +80,7 @@ def filing_rate(count: int) -> float:
         with (
             tempfile.TemporaryDirectory() as folder,
             LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as cluster,
-            dask_pool(cluster.scheduler_address) as pool,
+            connect_dask_pool(cluster.scheduler_address) as pool,
             TrialFile(Path(folder) / "trials.jsonl", make_header(cases, 0)) as file,
         ):
             for record in run_jobs(jobs[:100], pool):  # the connections are up
@@ -108,7 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--trials", type=int, default=8, help="of each scenario in a round (default: 8)")
     parser.add_argument("--rounds", type=int, default=3, help="of one and of two processes (default: 3)")
     options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: write_figures(options))
+    return run_for_exit_code(parser.prog, lambda: write_figures(options))
 
 
 def write_figures(options: argparse.Namespace) -> int:

@@ -33,7 +33,7 @@ from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.worlds import World, make_world
-from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.convex_parts import split_into_convex_parts
 
 SEED = 1000
 CHUNK = 0.5
@@ -64,7 +64,7 @@ class Twists:
 
 def polygons(world: World) -> list[np.ndarray]:
     """Convex outlines of all but the round obstacles, the walls among them."""
-    found = [part for polygon in world.polygons for part in convex_parts(polygon)]
+    found = [part for polygon in world.polygons for part in split_into_convex_parts(polygon)]
     if world.bounds is not None:
         x0, y0, x1, y1 = world.bounds
         for a, b, c, d in (

@@ -19,17 +19,17 @@ import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.cli.options import INTERRUPTED, add_overrides, exit_code
+from drake_starnav.cli.options import INTERRUPTED, add_overrides, run_for_exit_code
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.trial import omniscient_path
+from drake_starnav.simulation.trial import find_omniscient_path
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.monitors import COLLISION, STRUCK, CollisionMonitor
-from drake_starnav.utils.files import replacing
+from drake_starnav.utils.files import replace_file
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.worlds import clearance
+from drake_starnav.worlds import compute_clearance
 from drake_starnav.worlds.world import World
 
 STEP = 0.5
@@ -60,7 +60,7 @@ def random_place(world: World, radius: float, rng: np.random.Generator) -> np.nd
     x0, y0, x1, y1 = world.extent
     while True:
         places = rng.uniform((x0, y0), (x1, y1), (100, 2))
-        free = places[clearance(world, places) > radius]
+        free = places[compute_clearance(world, places) > radius]
         if len(free):
             return free[0]
 
@@ -98,7 +98,7 @@ class Soak:
         while way is None:
             goal = random_place(self.world, radius + MARGIN, self.rng)
             trip = dataclasses.replace(self.world, start=(*position, 0.0), goal=tuple(goal))
-            way = omniscient_path(trip, radius)
+            way = find_omniscient_path(trip, radius)
         navigation.goal.GetMyMutableContextFromRoot(root).SetDiscreteState(goal)
         self.stopwatch.seconds["plan"].clear()
         outcome, limit = "timeout", start + way[0] / SLOWEST + ALLOWANCE
@@ -146,7 +146,7 @@ def draw(legs: Sequence[Leg], path: Path) -> None:
         ax.set_ylim(0.0, 1.1 * max(float(values.max()), 1e-9))
         ax.grid(alpha=0.3)
     axes[-1].set_xlabel("goal")
-    with replacing(path) as file:
+    with replace_file(path) as file:
         figure.savefig(file, dpi=110, format="png")
 
 
@@ -159,7 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add_overrides(parser)
     parser.add_argument("--out", type=Path, default=Path("out/soak"), metavar="FOLDER")
     options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: run(options))
+    return run_for_exit_code(parser.prog, lambda: run(options))
 
 
 def run(options: argparse.Namespace) -> int:

@@ -5,13 +5,13 @@ with an entry in the changelog. All else is internal, whatever its name. A publi
 that the numerics can be used without Drake.
 """
 
-from drake_starnav.utils.compiled_ahead import use_what_was_compiled
-from drake_starnav.utils.lazily import lazily
+from drake_starnav.utils.compiled_ahead import use_compiled_functions
+from drake_starnav.utils.lazily import load_lazily
 
-use_what_was_compiled()
+use_compiled_functions()
 
 __version__ = "0.1.0"
-__all__, __getattr__ = lazily(__name__, __file__)
+__all__, __getattr__ = load_lazily(__name__, __file__)
 
 
 def __dir__() -> list[str]:

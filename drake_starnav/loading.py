@@ -42,10 +42,10 @@ def parse_scenario(text: str, *, name: str, **given: Any) -> Scenario:
 
 def _with_own_shape(scenario: Scenario) -> Scenario:
     if scenario.robots:
-        robots = scenario_file.among_each_other([_with_own_shape(each) for each in scenario.robots])
+        robots = scenario_file.declare_each_other([_with_own_shape(each) for each in scenario.robots])
         return dataclasses.replace(scenario, robots=tuple(robots))
     if scenario.robot.radius > 0.0:
         return scenario
-    from drake_starnav.station.robot_model import with_own_shape  # by Drake, which numerics do without
+    from drake_starnav.station.robot_model import add_own_shape  # by Drake, which numerics do without
 
-    return with_own_shape(scenario)
+    return add_own_shape(scenario)

@@ -9,13 +9,13 @@ import pytest
 from pydrake.systems.framework import LeafSystem
 
 from drake_starnav.errors import StarnavError, UnsupportedError
-from drake_starnav.geometry.polyline import distance_to_segment
+from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation import trial as trial_module
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import trial_record
+from drake_starnav.simulation.trial import make_trial_record
 from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.worlds import World, make_world
@@ -62,7 +62,7 @@ def test_the_record_has_the_tightest_gap_and_the_path_that_was_driven(small_tria
     assert small_trial.tightest_gap_m == pytest.approx(1.7, rel=5e-3)  # from the obstacle to the wall
     follow = Follow()
     path = np.array(run_trial(parse_scenario(SMALL, name="small"), seed=3, observer=follow).path)
-    away = [distance_to_segment(follow.poses[:, :2], a, b) for a, b in zip(path[:-1], path[1:], strict=True)]
+    away = [measure_segment_distance(follow.poses[:, :2], a, b) for a, b in zip(path[:-1], path[1:], strict=True)]
     assert np.min(away, axis=0).max() <= 0.021
     assert 3 <= len(path) < 40
 
@@ -181,7 +181,7 @@ def test_walled_in_goal_is_unreachable_and_the_robot_stands() -> None:
     assert trial.outcome == "unreachable"
     assert trial.shortest_path_m is None
     assert trial.min_clearance_m > 0.0
-    json.dumps(trial_record(trial), allow_nan=False)
+    json.dumps(make_trial_record(trial), allow_nan=False)
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_a_robot_that_never_moves_says_why_within_seconds(cylinders: list, lidar
     assert trial.outcome == "blocked" and trial.time_s == pytest.approx(7.0) and trial.min_clearance_m > 0.0
     assert trial.blocked_s is not None and trial.blocked_s <= 5.0
     assert trial.blocked_by is not None and trial.blocked_by.startswith(reason)
-    json.dumps(trial_record(trial), allow_nan=False)
+    json.dumps(make_trial_record(trial), allow_nan=False)
 
 
 @pytest.mark.parametrize(("beside", "outcome"), [(0.0, "occupied"), (0.26, "occupied"), (0.27, "timeout")])
@@ -234,7 +234,7 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
 def test_an_empty_world_has_a_record_without_infinities() -> None:
     trial = run_trial(parse_scenario("world: !Obstacles {goal: [2.0, 0.0]}", name="empty"), seed=0)
     assert trial.outcome == "reached"
-    record = trial_record(trial)
+    record = make_trial_record(trial)
     assert record["min_clearance_m"] is record["mean_clearance_m"] is None
     assert set(record) == {field.name for field in dataclasses.fields(trial)}
     json.dumps(record, allow_nan=False)

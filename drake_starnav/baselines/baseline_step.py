@@ -48,7 +48,7 @@ class BaselineInput:
     obstacles: KnownObstacles
     robot: RobotParameters
 
-    def nominal_velocity(self, speed: float) -> np.ndarray:
+    def compute_nominal_velocity(self, speed: float) -> np.ndarray:
         """Straight to the target at a speed, at most the robot's, slower towards the goal only; shape (2,), W, m/s."""
         offset = self.target - self.pose[:2]
         distance = math.hypot(offset[0], offset[1])
@@ -58,7 +58,7 @@ class BaselineInput:
         most, slowdown = self.robot.max_speed, goal_slowdown(self.robot.limits)
         return min(speed, most, slowdown * left + most / CREEP) / distance * offset
 
-    def followed(self, velocity: np.ndarray, max_speed: float) -> Proposal:
+    def follow(self, velocity: np.ndarray, max_speed: float) -> Proposal:
         """The twist that turns towards a velocity (2,), W, and drives as fast, up to a speed, m/s."""
         speed = math.hypot(velocity[0], velocity[1])
         if speed < STANDING:
@@ -67,7 +67,8 @@ class BaselineInput:
         speed = min(speed, max_speed, self.robot.max_speed)
         error = wrap_angle(bearing - self.pose[2])
         return Proposal(
-            convert_to_twist(velocity_towards(error, speed, self.robot.limits), self.robot.drive), unit_vector(bearing)
+            convert_to_twist(velocity_towards(error, speed, self.robot.limits), self.robot.drive),
+            make_unit_vector(bearing),
         )
 
 
@@ -93,7 +94,7 @@ class Baseline(Protocol):
         """The twist that it desires, and the direction that it follows."""
 
 
-def baseline_step(inputs: BaselineInput, baseline: Baseline) -> Proposal:
+def step_baseline(inputs: BaselineInput, baseline: Baseline) -> Proposal:
     """What a baseline proposes; at its goal it stops."""
     x, y, _ = inputs.pose
     if math.hypot(inputs.goal[0] - x, inputs.goal[1] - y) < AT_REST:
@@ -101,6 +102,6 @@ def baseline_step(inputs: BaselineInput, baseline: Baseline) -> Proposal:
     return baseline.propose(inputs)
 
 
-def unit_vector(bearing: float) -> np.ndarray:
+def make_unit_vector(bearing: float) -> np.ndarray:
     """Towards a bearing, shape (2,)."""
     return np.array((math.cos(bearing), math.sin(bearing)))

@@ -26,7 +26,7 @@ LEAST_COSINE = 1e-3
 """Where the directions from reference point and centre are nearly at right angles or worse, the centre's is taken."""
 
 
-def directional_mean(reference: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def compute_directional_mean(reference: np.ndarray, vectors: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """The weighted mean of directions as angles about a reference, a unit vector of shape (2,).
 
     A mean of vectors vanishes where two of them oppose each other; this one does not.
@@ -36,7 +36,7 @@ def directional_mean(reference: np.ndarray, vectors: np.ndarray, weights: np.nda
         vectors: shape (n, 2), of any length; those of length 0 add no angle, so their weight goes to the reference.
         weights: shape (n,), not negative, of sum 1.
 
-    Source: Huber, Billard and Slotine, RA-L 2019, as for `known_obstacles`.
+    Source: Huber, Billard and Slotine, RA-L 2019, as for `make_known_obstacles`.
     """
     length = np.hypot(*vectors.T)
     counted = (weights > 0.0) & (length > 0.0)
@@ -64,19 +64,19 @@ class DsmBaseline:
     follows_roadmap = False
 
     def propose(self, inputs: BaselineInput) -> Proposal:
-        """The twist that follows `dsm_velocity`, and its direction."""
+        """The twist that follows `compute_dsm_velocity`, and its direction."""
         robot, obstacles = inputs.robot, inputs.obstacles
-        velocity = dsm_velocity(
+        velocity = compute_dsm_velocity(
             inputs.pose[:2],
-            inputs.nominal_velocity(self.max_speed),
+            inputs.compute_nominal_velocity(self.max_speed),
             obstacles.circles,
             robot_radius=robot.radius + self.margin,
             reference_points=obstacles.reference_points,
         )
-        return inputs.followed(velocity, self.max_speed)
+        return inputs.follow(velocity, self.max_speed)
 
 
-def dsm_velocity(
+def compute_dsm_velocity(
     position: np.ndarray,
     nominal_velocity: np.ndarray,
     circles: np.ndarray,
@@ -89,7 +89,7 @@ def dsm_velocity(
     On an inflated circle the part of the velocity into it vanishes. Inside one, where the method guarantees nothing,
     the same holds; exactly at the centre, where no direction is preferred, the result is zero. Finite arguments
     give a finite result. Overlapping circles can hold the robot in a local minimum, unless they share a reference
-    point; see `known_obstacles`.
+    point; see `make_known_obstacles`.
 
     Args:
         position, nominal_velocity: shape (2,), W, m and m/s.
@@ -106,24 +106,24 @@ def dsm_velocity(
         return np.zeros(2)
     normal = offset / distance[:, None]
     gamma = np.where(distance > radius, 1.0 + distance - radius, distance / np.maximum(radius, 1e-300))
-    directions = _reference_directions(position - references, normal)
+    directions = _compute_reference_directions(position - references, normal)
     cosine, influence = (directions * normal).sum(axis=1), 1.0 / np.maximum(gamma, 1.0)
     radial = normal @ nominal_velocity / cosine
     radial[radial <= 0.0] *= 1.0 - influence[radial <= 0.0]
     across = directions[:, 0] * nominal_velocity[1] - directions[:, 1] * nominal_velocity[0]
     tangential, tangents = across / cosine * (1.0 + influence), np.column_stack((-normal[:, 1], normal[:, 0]))
-    modulated, weights = radial[:, None] * directions + tangential[:, None] * tangents, _weights(gamma)
-    return weights @ np.hypot(*modulated.T) * directional_mean(nominal_velocity / speed, modulated, weights)
+    modulated, weights = radial[:, None] * directions + tangential[:, None] * tangents, _compute_weights(gamma)
+    return weights @ np.hypot(*modulated.T) * compute_directional_mean(nominal_velocity / speed, modulated, weights)
 
 
-def _reference_directions(offset: np.ndarray, normal: np.ndarray) -> np.ndarray:
+def _compute_reference_directions(offset: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Unit vectors (n, 2) from reference points; the normal where, deep inside a circle, the two do not agree."""
     distance = np.hypot(*offset.T)
     agree = (offset * normal).sum(axis=1) > LEAST_COSINE * distance
     return np.where(agree[:, None], offset / np.maximum(distance, 1e-300)[:, None], normal)
 
 
-def _weights(gamma: np.ndarray) -> np.ndarray:
+def _compute_weights(gamma: np.ndarray) -> np.ndarray:
     """Shares ~ 1/(Gamma - 1); circles that are touched share everything equally."""
     touched = gamma <= 1.0
     weights = touched.astype(float) if touched.any() else 1.0 / (gamma - 1.0)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.baselines.baseline_step import BaselineInput, unit_vector
+from drake_starnav.baselines.baseline_step import BaselineInput, make_unit_vector
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import invert_pose, transform_points
@@ -45,13 +45,13 @@ class DwaBaseline:
     follows_roadmap = False
 
     def propose(self, inputs: BaselineInput) -> Proposal:
-        """`dwa_twist`, and where it turns to."""
+        """`choose_dwa_twist`, and where it turns to."""
         pose = inputs.pose
-        v, omega = dwa_twist(pose, inputs.twist, inputs.target, inputs.points, inputs.robot, self.margin)
-        return Proposal(np.array((v, omega)), unit_vector(pose[2] + omega * PERIOD))
+        v, omega = choose_dwa_twist(pose, inputs.twist, inputs.target, inputs.points, inputs.robot, self.margin)
+        return Proposal(np.array((v, omega)), make_unit_vector(pose[2] + omega * PERIOD))
 
 
-def dwa_twist(
+def choose_dwa_twist(
     pose: np.ndarray,
     twist: np.ndarray,
     goal: np.ndarray,
@@ -71,12 +71,12 @@ def dwa_twist(
         margin: clearance kept beyond the radius, m.
     """
     hits, goal = transform_points(invert_pose(pose), points), transform_points(invert_pose(pose), goal[None])[0]
-    v, omega = _best(twist, goal, hits, robot.limits, robot.radius + margin)
+    v, omega = _choose_best_twist(twist, goal, hits, robot.limits, robot.radius + margin)
     return float(v), float(omega)
 
 
 @kernel
-def _best(twist, goal, points, limits, radius):
+def _choose_best_twist(twist, goal, points, limits, radius):
     """The best admissible twist (v, omega); goal and points in the robot's frame, m, limits are `Limits`."""
     (v_now, omega_now), (goal_ahead, goal_left) = twist, goal
     v_max, omega_max = limits.max_speed, limits.max_yaw_rate
@@ -99,7 +99,7 @@ def _best(twist, goal, points, limits, radius):
             held = PERIOD + 0.5 * max(v / braking, abs(omega) / alpha_max)
             clearance = math.inf  # a disc that turns on the spot covers no new ground
             if v > 0.0:
-                clearance = _arc_clearance(near, omega / v, radius, v * held)
+                clearance = _compute_arc_clearance(near, omega / v, radius, v * held)
                 if v * held > clearance:
                     continue
             turn, length = omega * held, v * held  # of the arc, from the origin along x
@@ -120,7 +120,7 @@ def _best(twist, goal, points, limits, radius):
 
 
 @kernel
-def _arc_clearance(points, curvature, radius, enough):
+def _compute_arc_clearance(points, curvature, radius, enough):
     """The way until a disc at the origin, on an arc along x, touches a point; less than `enough` ends the search."""
     clearance = math.inf
     if abs(curvature) < STRAIGHT:

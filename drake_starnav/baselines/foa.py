@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.baselines.baseline_step import MIN_DISTANCE, BaselineInput
-from drake_starnav.baselines.dsm_circles import directional_mean
+from drake_starnav.baselines.dsm_circles import compute_directional_mean
 from drake_starnav.control.inputs import Proposal
 from drake_starnav.geometry.se2 import transform_points
 
@@ -50,14 +50,14 @@ class FoaBaseline:
     knows_obstacles = False
 
     def propose(self, inputs: BaselineInput) -> Proposal:
-        """The twist that follows `foa_velocity`, or `foa_cluster_velocity`, and its direction."""
-        nominal, radius = inputs.nominal_velocity(self.max_speed), inputs.robot.radius + self.margin
-        modulated = foa_cluster_velocity if self.clusters else foa_velocity
+        """The twist that follows `compute_foa_velocity`, or `compute_foa_cluster_velocity`, and its direction."""
+        nominal, radius = inputs.compute_nominal_velocity(self.max_speed), inputs.robot.radius + self.margin
+        modulated = compute_foa_cluster_velocity if self.clusters else compute_foa_velocity
         velocity = modulated(inputs.pose[:2], nominal, inputs.points, control_radius=radius)
-        return inputs.followed(velocity, self.max_speed)
+        return inputs.follow(velocity, self.max_speed)
 
 
-def foa_velocity(
+def compute_foa_velocity(
     position: np.ndarray, nominal_velocity: np.ndarray, points: np.ndarray, *, control_radius: float
 ) -> np.ndarray:
     """The nominal velocity (2,), modulated away from all hits at once; never faster, W, m/s.
@@ -73,21 +73,21 @@ def foa_velocity(
     """
     velocity, radius = nominal_velocity, control_radius
     speed = math.hypot(*velocity)
-    directions, distances = _hits(position, points, radius)
-    away = -_weights(distances, 1.0, math.inf) @ directions
+    directions, distances = _select_hits(position, points, radius)
+    away = -_compute_weights(distances, 1.0, math.inf) @ directions
     m = math.hypot(*away)
     if speed == 0.0 or m == 0.0 or away @ velocity >= 0.0:
         return velocity.copy()
-    modulated = _modulated(velocity, away / m, away / m, m)
+    modulated = _modulate_vector(velocity, away / m, away / m, m)
     length = math.hypot(*modulated)
     return modulated * (speed / length) if length > min(speed, CREEP_SPEED) else modulated
 
 
-def foa_cluster_velocity(
+def compute_foa_cluster_velocity(
     position: np.ndarray, nominal_velocity: np.ndarray, points: np.ndarray, *, control_radius: float
 ) -> np.ndarray:
     """The nominal velocity, modulated around each cluster of hits and combined by the clusters' weights; as
-    `foa_velocity`.
+    `compute_foa_velocity`.
 
     Clusters are found by DBSCAN (radius 2 `control_radius`, 3 samples); hits in no cluster count, as one more, where
     they are nearer than every cluster. Near an obstacle the result is slowed down by (1 + 0.8 n . v)^power; above an
@@ -112,11 +112,11 @@ def _around_clusters(
 ) -> np.ndarray:
     """The modulated velocity; `labels` (n,) number the clusters of the points, -1 for none."""
     speed = math.hypot(*velocity)
-    directions, distances = _hits(position, points, radius)
+    directions, distances = _select_hits(position, points, radius)
     known = directions.any(axis=1)
     if not known.any():
         return velocity.copy()
-    shares = _weights(distances, CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
+    shares = _compute_weights(distances, CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
 
     clusters = int(labels.max()) + 1
     modulated, normals, weights = np.zeros((clusters + 1, 2)), np.zeros((clusters + 1, 2)), np.zeros(clusters + 1)
@@ -125,25 +125,29 @@ def _around_clusters(
     for k in range(clusters + 1):  # the last one is what is in no cluster, but nearer
         members = near if k == clusters else (labels == k) & known
         if k == clusters:
-            shares[members] = _weights(distances[members], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
+            shares[members] = _compute_weights(distances[members], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
         away = -shares[members] @ directions[members]
         m = math.hypot(*away)
         if m == 0.0:
             continue
         normal = away / m
-        reference = normal if k == clusters else _reference(normal, position - points[labels == k].mean(axis=0), radius)
-        modulated[k], normals[k], weights[k] = _modulated(velocity / speed, normal, reference, m), normal, m
+        reference = (
+            normal
+            if k == clusters
+            else _compute_reference_direction(normal, position - points[labels == k].mean(axis=0), radius)
+        )
+        modulated[k], normals[k], weights[k] = _modulate_vector(velocity / speed, normal, reference, m), normal, m
     if weights[clusters] > 0.0 and clusters > 0:
         normals[clusters] = normals[clusters - 1]  # as in the published code
 
     if weights.sum() == 0.0:
         return velocity.copy()
     weights /= weights.sum()
-    scale = speed * _slowdown(velocity, weights @ normals, distances[known].min(), 2.0 * radius + 1.0)
-    return scale * directional_mean(velocity / speed, modulated, weights)
+    scale = speed * _compute_slowdown(velocity, weights @ normals, distances[known].min(), 2.0 * radius + 1.0)
+    return scale * compute_directional_mean(velocity / speed, modulated, weights)
 
 
-def _hits(position: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def _select_hits(position: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors to the hits, and distances of the hits from the hull; a hit at the position gets 0 and +inf."""
     offset = points - position
     distance = np.hypot(*offset.T)
@@ -152,7 +156,7 @@ def _hits(position: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.n
     return directions, np.where(apart, distance - radius, math.inf)
 
 
-def _weights(distances: np.ndarray, length: float, limit: float) -> np.ndarray:
+def _compute_weights(distances: np.ndarray, length: float, limit: float) -> np.ndarray:
     """Weights (n,) of hits at distances (n,) from the hull, shifted until the nearest is MIN_DISTANCE away.
 
     They are divided by their sum or the limit if above 1.
@@ -162,7 +166,7 @@ def _weights(distances: np.ndarray, length: float, limit: float) -> np.ndarray:
     return weights / max(min(weights.sum(), limit), 1.0)
 
 
-def _stretching(m: float, leaving: float) -> tuple[float, float]:
+def _compute_stretching(m: float, leaving: float) -> tuple[float, float]:
     """Scales along and across the reference direction; `leaving` is the cosine of v to the normal, if positive."""
     root = math.sqrt(m)
     across = 1.0 + math.sin(0.5 * math.pi * root) if root < 1.0 else 2.0 * math.sin(0.5 * math.pi / root)
@@ -176,7 +180,7 @@ def _stretching(m: float, leaving: float) -> tuple[float, float]:
     return both, both
 
 
-def _reference(normal: np.ndarray, offset: np.ndarray, radius: float) -> np.ndarray:
+def _compute_reference_direction(normal: np.ndarray, offset: np.ndarray, radius: float) -> np.ndarray:
     """The direction from a cluster's centre, turned towards the normal near the centre and at a large angle."""
     angle = math.atan2(normal[0] * offset[1] - normal[1] * offset[0], normal @ offset)
     if abs(angle) > MAX_REFERENCE_ANGLE:
@@ -186,15 +190,15 @@ def _reference(normal: np.ndarray, offset: np.ndarray, radius: float) -> np.ndar
     return transform_points(np.array((0.0, 0.0, angle)), normal[None])[0]
 
 
-def _modulated(vector: np.ndarray, normal: np.ndarray, reference: np.ndarray, m: float) -> np.ndarray:
+def _modulate_vector(vector: np.ndarray, normal: np.ndarray, reference: np.ndarray, m: float) -> np.ndarray:
     """E D E^-1 v, with E = [reference direction  tangent]; the tangent is the normal turned left."""
-    along, across = _stretching(m, normal @ vector)
+    along, across = _compute_stretching(m, normal @ vector)
     det = reference @ normal  # cosine between reference and normal, at least cos(MAX_REFERENCE_ANGLE)
     tangential = across * (reference[0] * vector[1] - reference[1] * vector[0]) / det
     return along * (normal @ vector) / det * reference + tangential * np.array((-normal[1], normal[0]))
 
 
-def _slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float, far: float) -> float:
+def _compute_slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float, far: float) -> float:
     """The share of the speed that is kept near an obstacle with the mean normal n."""
     approach, length = float(velocity @ normal), math.hypot(*normal)
     if approach > 0.0 or length < 1e-8 or distance >= far:

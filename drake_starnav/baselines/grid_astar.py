@@ -17,7 +17,7 @@ BORDER = 4.0
 """The grid reaches this far beyond hits, robot and goal, in radii."""
 
 
-def added_hits(hits: np.ndarray, new: np.ndarray, radius: float) -> np.ndarray:
+def add_hits(hits: np.ndarray, new: np.ndarray, radius: float) -> np.ndarray:
     """Return hits (n, 2) and new ones (m, 2), W, m, one in each quarter of a cell of a robot of this radius."""
     both = np.vstack((hits, new))
     _, first = np.unique(np.floor(both / (0.25 * CELL * radius)), axis=0, return_index=True)

@@ -33,14 +33,14 @@ class KnownObstacles:
         return KnownObstacles(np.zeros((0, 3)), np.zeros((0, 2)))
 
 
-def known_obstacles(
+def make_known_obstacles(
     discs: np.ndarray, bounds: tuple[float, float, float, float] | None, robot_radius: float
 ) -> KnownObstacles:
     """Discs (n, 3), x, y, radius, and the walls at the bounds as circles with common reference points; W, m.
 
     The bounds are (x_min, y_min, x_max, y_max), None for an open plane; circles are inflated by the robot's radius.
     """
-    circles = np.vstack((discs, _walls(bounds)))
+    circles = np.vstack((discs, _make_walls(bounds)))
     count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius
     offset = centres[None, :, :] - centres[:count, None, :]
     distance = np.hypot(offset[..., 0], offset[..., 1])
@@ -57,11 +57,11 @@ def known_obstacles(
         along = 0.5 * (distance[one, other] + radii[one] - radii[other])
         middle = centres[one] + (along / distance[one, other])[:, None] * offset[one, other]
         members = np.flatnonzero(group == k)
-        references[members] = _nearest_inside(middle.mean(axis=0), centres[members], DEPTH * radii[members])
+        references[members] = _find_nearest_inside(middle.mean(axis=0), centres[members], DEPTH * radii[members])
     return KnownObstacles(circles, references)
 
 
-def _walls(bounds: tuple[float, float, float, float] | None) -> np.ndarray:
+def _make_walls(bounds: tuple[float, float, float, float] | None) -> np.ndarray:
     if bounds is None:
         return np.zeros((0, 3))
     x0, y0, x1, y1 = bounds
@@ -69,7 +69,7 @@ def _walls(bounds: tuple[float, float, float, float] | None) -> np.ndarray:
     return np.array([(x0 - far, y, far), (x1 + far, y, far), (x, y0 - far, far), (x, y1 + far, far)])
 
 
-def _nearest_inside(point: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+def _find_nearest_inside(point: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """The point of each disc that is nearest to `point`, shape (n, 2)."""
     offset = point - centres
     distance = np.hypot(*offset.T)

@@ -19,7 +19,7 @@ from drake_starnav.cli.options import (
     print_written,
 )
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.scenario.shipped import METHODS, scenario_names
+from drake_starnav.scenario.shipped import METHODS, list_scenario_names
 from drake_starnav.utils.files import check_outputs, check_writable, write_text
 from drake_starnav.utils.progress import Progress
 
@@ -32,7 +32,9 @@ MOST_TRIALS, MOST_JOBS = 100_000, 1000
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scenario", nargs="*", help=f"shipped scenarios ({', '.join(scenario_names())}) or YAML files")
+    parser.add_argument(
+        "scenario", nargs="*", help=f"shipped scenarios ({', '.join(list_scenario_names())}) or YAML files"
+    )
     parser.add_argument("--suite", metavar="NAME", help="a named set of scenarios and methods with its table: table1")
     parser.add_argument("--method", nargs="+", help=f"of {', '.join(METHODS)}, or module:function (default: star)")
     add_overrides(parser)
@@ -62,15 +64,15 @@ def check_batch_options(options: argparse.Namespace) -> None:
     check_seed(options.seed)
 
 
-def chosen_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
+def choose_pool(options: argparse.Namespace) -> AbstractContextManager["Pool"]:
     """The processes or the cluster that the options of `add_batch_options` select."""
-    from drake_starnav.evaluation.cluster import dask_pool
-    from drake_starnav.evaluation.workers import local_pool
+    from drake_starnav.evaluation.cluster import connect_dask_pool
+    from drake_starnav.evaluation.workers import make_local_pool
 
-    return dask_pool(options.dask) if options.dask else nullcontext(local_pool(options.jobs))
+    return connect_dask_pool(options.dask) if options.dask else nullcontext(make_local_pool(options.jobs))
 
 
-def world_numbers(text: str) -> list[int]:
+def parse_world_numbers(text: str) -> list[int]:
     """Numbers and ranges as in "3,7,20-29", in ascending order, each once."""
     numbers: set[int] = set()
     for part in text.split(","):
@@ -84,7 +86,7 @@ def world_numbers(text: str) -> list[int]:
     return sorted(numbers)
 
 
-def _benchmark(options: argparse.Namespace) -> int:
+def _run_benchmark(options: argparse.Namespace) -> int:
     check_batch_options(options)
     if options.resume and options.json is None:
         raise StarnavError("--resume without --json; allowed: --resume --json FILE, the file to continue")
@@ -93,13 +95,13 @@ def _benchmark(options: argparse.Namespace) -> int:
             "neither a scenario nor --suite; allowed: one of the two, or scenarios in place of a suite's"
         )
     _check_report_options(options)
-    worlds = None if options.worlds is None else world_numbers(options.worlds)
+    worlds = None if options.worlds is None else parse_world_numbers(options.worlds)
     from drake_starnav.evaluation.jobs import check_worlds, make_cases
     from drake_starnav.evaluation.report.results import make_results
     from drake_starnav.evaluation.suites import find_suite
     from drake_starnav.evaluation.trial_file import TrialFile, make_header
     from drake_starnav.evaluation.workers import BatchInterrupted, run_batch
-    from drake_starnav.scenario.scenario_file import scenario_path
+    from drake_starnav.scenario.scenario_file import find_scenario
 
     suite = find_suite(options.suite) if options.suite else None
     methods = options.method or (suite.methods if suite else ["star"])
@@ -107,13 +109,13 @@ def _benchmark(options: argparse.Namespace) -> int:
     cases = make_cases(sources, methods, options.overrides)
     if worlds is not None:
         check_worlds(cases, worlds)
-    _check_report_outputs(options, map(scenario_path, sources), options.json)
+    _check_report_outputs(options, map(find_scenario, sources), options.json)
     header = make_header(
         cases, options.seed, options.overrides, suite=options.suite, in_worlds=worlds is not None, command=options.typed
     )
     make_results([header], [], options.reference)  # raises before any trial runs if a reference is unknown
     with (
-        chosen_pool(options) as pool,
+        choose_pool(options) as pool,
         TrialFile(options.json, header, resume=options.resume) if options.json else nullcontext() as file,
     ):
         try:
@@ -122,9 +124,9 @@ def _benchmark(options: argparse.Namespace) -> int:
             if file is not None:
                 raise KeyboardInterrupt(f"{interruption}, in {options.json}; --resume goes on") from None
             if interruption.records:
-                _report(make_results([header], interruption.records, options.reference), options)
+                _write_report(make_results([header], interruption.records, options.reference), options)
             raise
-    _report(make_results([header], records, options.reference), options)
+    _write_report(make_results([header], records, options.reference), options)
     if not options.quiet and options.json is not None:
         print(f"wrote {options.json}")
     return NOT_REACHED if any(record["outcome"] == "error" for record in records) else REACHED
@@ -137,13 +139,13 @@ def _add_file_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no tables")
 
 
-def _report_files(options: argparse.Namespace) -> int:
+def _write_report_of_files(options: argparse.Namespace) -> int:
     check_numbers(options, jobs=(1, MOST_JOBS))
     _check_report_options(options)
     _check_report_outputs(options, options.file)
     from drake_starnav.evaluation.report.results import read_results
 
-    _report(read_results(options.file, options.reference), options)
+    _write_report(read_results(options.file, options.reference), options)
     return REACHED
 
 
@@ -180,51 +182,51 @@ def _check_report_options(options: argparse.Namespace) -> None:
 
 def _check_report_outputs(options: argparse.Namespace, inputs: Iterable[Path | str], *outputs: Path | None) -> None:
     """Raise a `StarnavError` unless report and outputs can be written, and none is an input or another output."""
-    check_outputs((*outputs, options.markdown, options.csv, options.html, _figures_csv(options.html)), inputs)
+    check_outputs((*outputs, options.markdown, options.csv, options.html, _name_figures_csv(options.html)), inputs)
     if options.html is not None:
         if options.recordings is not None:
-            check_writable(_recordings_folder(options.html) / "trial.html")
-        from drake_starnav.evaluation.report.figures import new_figure
+            check_writable(_name_recordings_folder(options.html) / "trial.html")
+        from drake_starnav.evaluation.report.figures import make_figure
         from drake_starnav.evaluation.report.page import load_template
 
-        new_figure(1.0)  # both raise before any trial runs if a package is missing
+        make_figure(1.0)  # both raise before any trial runs if a package is missing
         load_template()
 
 
-def _figures_csv(html: Path | None) -> Path | None:
+def _name_figures_csv(html: Path | None) -> Path | None:
     """The file beside a report that has the data of its figures; None without a report."""
     return None if html is None else html.with_name(f"{html.stem}_figures.csv")
 
 
-def _recordings_folder(html: Path) -> Path:
+def _name_recordings_folder(html: Path) -> Path:
     """The folder for a report's recordings, unique among the reports in a folder."""
     return html.with_name(f"{html.stem}_recordings" if html.suffix == ".html" else f"{html.name}.recordings")
 
 
-def _report(results: "Results", options: argparse.Namespace) -> None:
-    from drake_starnav.evaluation.report.figures import figure_data
+def _write_report(results: "Results", options: argparse.Namespace) -> None:
+    from drake_starnav.evaluation.report.figures import collect_figure_data
     from drake_starnav.evaluation.report.page import write_page
-    from drake_starnav.evaluation.report.recordings import chosen_trials, record_chosen
-    from drake_starnav.evaluation.report.tables import csv_text, summary_csv, tables_markdown
+    from drake_starnav.evaluation.report.recordings import choose_trials, record_chosen
+    from drake_starnav.evaluation.report.tables import format_csv, format_summary_csv, format_tables_markdown
 
-    tables = tables_markdown(results)
+    tables = format_tables_markdown(results)
     if not options.quiet:
         print(tables)
     if options.markdown is not None:
         write_text(options.markdown, tables + "\n")
     if options.csv is not None:
-        write_text(options.csv, summary_csv(results))
-    chosen = chosen_trials(results)
+        write_text(options.csv, format_summary_csv(results))
+    chosen = choose_trials(results)
     if options.html is not None:
         with Progress("drawing") as bar:
             write_text(options.html, write_page(results, chosen, options.panels, bar.count))
-    if (data := _figures_csv(options.html)) is not None:
-        write_text(data, csv_text(figure_data(results)))
+    if (data := _name_figures_csv(options.html)) is not None:
+        write_text(data, format_csv(collect_figure_data(results)))
     if not options.quiet:
         print_written((options.markdown, options.csv, options.html, data))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
     if options.html is not None and options.recordings is not None:
-        folder, failures = _recordings_folder(options.html), options.recordings
+        folder, failures = _name_recordings_folder(options.html), options.recordings
         with Progress("recordings") as bar:
             chosen = record_chosen(results, chosen, folder, failures=failures, jobs=options.jobs, progress=bar.count)
         write_text(options.html, write_page(results, chosen, options.panels))
@@ -236,9 +238,12 @@ benchmark = Command(
     "benchmark",
     "Run many trials of scenarios and methods, and compare them.",
     _add_options,
-    _benchmark,
+    _run_benchmark,
     "0 all trials ran, 1 some could not be run",
 )
 report = Command(
-    "report", "Make tables, plots and recordings of trials that `benchmark` has run.", _add_file_options, _report_files
+    "report",
+    "Make tables, plots and recordings of trials that `benchmark` has run.",
+    _add_file_options,
+    _write_report_of_files,
 )

@@ -18,7 +18,7 @@ ROBOTS = {"ros2": "drake_starnav.runtime.ros2:Ros2"}
 """Robots by name."""
 
 
-def made(kind: str, options: Sequence[str], *arguments: Any) -> Any:
+def make_imported(kind: str, options: Sequence[str], *arguments: Any) -> Any:
     """What a function that can be imported makes.
 
     Args:
@@ -59,7 +59,7 @@ def _add_drive_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no status")
 
 
-def _drive(options: argparse.Namespace) -> int:
+def _drive_robot(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
     from drake_starnav.runtime import Navigator, drive
 
@@ -71,7 +71,7 @@ def _drive(options: argparse.Namespace) -> int:
         raise StarnavError(f"--seconds is {options.seconds:g}; allowed: more than 0")
     check_outputs([options.log])
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    robot = made(options.robot, options.option, scenario)
+    robot = make_imported(options.robot, options.option, scenario)
     if scenario.drive.timeout == 0.0 and not getattr(robot, "watched", False):
         what = "drive.timeout is 0, and no watchdog sends the base its commands: it keeps the last if this process dies"
         print(f"warning: {what}", file=sys.stderr)
@@ -94,7 +94,7 @@ drive = Command(
     "drive",
     "Drive a robot that is not simulated, with its own scans and odometry.",
     _add_drive_options,
-    _drive,
+    _drive_robot,
     "0 driven for --seconds or reached, 1 not reached with --until-reached, 130 stopped by a signal",
 )
 
@@ -103,7 +103,7 @@ def _add_log(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", type=Path, metavar="LOG.mcap", help="as written by `drive --log`")
 
 
-def _replay(options: argparse.Namespace) -> int:
+def _replay_log(options: argparse.Namespace) -> int:
     from drake_starnav.runtime import replay as repeat
 
     replayed_log = repeat(options.log)
@@ -115,12 +115,12 @@ replay = Command(
     "replay",
     "Navigate again by the log of a drive, and name the first command that differs.",
     _add_log,
-    _replay,
+    _replay_log,
     "0 all commands equal to the bit, 1 one differs",
 )
 
 
-def _warm(options: argparse.Namespace) -> int:
+def _warm_caches(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
     from drake_starnav.runtime import Navigator
 
@@ -136,7 +136,7 @@ warm = Command(
     "warm",
     "Compile all that a robot's declarations can use, and say how long that takes then and once compiled.",
     add_scenario,
-    _warm,
+    _warm_caches,
 )
 
 
@@ -145,14 +145,14 @@ def _add_calibrate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="FILE", help="a YAML file (default: the standard output)")
 
 
-def _calibrate(options: argparse.Namespace) -> int:
+def _calibrate_from_log(options: argparse.Namespace) -> int:
     from drake_starnav.loading import parse_scenario
     from drake_starnav.runtime import read_log
-    from drake_starnav.runtime.calibration import calibration
+    from drake_starnav.runtime.calibration import calibrate
 
     check_outputs([options.out], [options.log])
     log = read_log(options.log)
-    text = calibration(log, parse_scenario(log.scenario, name=log.name))
+    text = calibrate(log, parse_scenario(log.scenario, name=log.name))
     if options.out is None:
         sys.stdout.write(text)
     else:
@@ -164,5 +164,5 @@ calibrate = Command(
     "calibrate",
     "Say what a robot is like by the log of a drive, as YAML to declare.",
     _add_calibrate_options,
-    _calibrate,
+    _calibrate_from_log,
 )

@@ -14,25 +14,25 @@ from drake_starnav.navigation import Parts, add_navigation
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.robots import add_robots, worlds_of_robots
-from drake_starnav.station.lidar_mounts import collar_geometries
+from drake_starnav.simulation.robots import add_robots, make_worlds_of_robots
+from drake_starnav.station.lidar_mounts import find_collar_geometries
 from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.navigation_station import add_station, simulated
-from drake_starnav.station.plant import advance, make_simulator, value_of
+from drake_starnav.station.plant import advance, evaluate_port, make_simulator
 from drake_starnav.visualization.goal_sliders import SliderGoal, add_goal_sliders
-from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, quiet_meshcat
-from drake_starnav.visualization.meshes import LAYERS, Layer, goal_star, layers_of_run, with_scene
+from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, start_quiet_meshcat
+from drake_starnav.visualization.meshes import LAYERS, Layer, add_scene_layers, list_layers_of_run, make_goal_star
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import (
     add_visualizers,
-    drawn_layers,
+    find_robot_frames,
+    find_robot_path,
     finish_recording,
-    robot_frames,
-    robot_layer,
-    robot_path,
+    make_robot_layer,
+    select_drawn_layers,
 )
 from drake_starnav.visualization.timeline import SceneTimeline
-from drake_starnav.visualization.tracks import trail_layer
+from drake_starnav.visualization.tracks import make_trail_layer
 
 START, PAUSE, STOP = "start", "pause", "stop"
 KEYS = {START: "KeyS", PAUSE: "Space", STOP: "Escape"}
@@ -96,7 +96,7 @@ class LiveRun:
         Raises:
             StarnavError: the world cannot be made.
         """
-        self.meshcat = quiet_meshcat()
+        self.meshcat = start_quiet_meshcat()
         self.controls = Controls(self.meshcat)
         self._scenario, self._seed, self._html, self._say = scenario, seed, html, say
         builder = DiagramBuilder()
@@ -109,7 +109,7 @@ class LiveRun:
         self.simulator.Initialize()
         self.outcome, self.collided = "", False
         self._said = ""
-        self._cameras = Cameras(world.extent, "top", robot_path(self._followed), world.start[:2])
+        self._cameras = Cameras(world.extent, "top", find_robot_path(self._followed), world.start[:2])
         x0, y0, x1, y1 = world.extent
         middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0])
         above = np.array([0.0, -0.01, 1.0]) * max(x1 - x0, y1 - y0)  # straight down, "up" would be undefined
@@ -127,10 +127,10 @@ class LiveRun:
         keeps_page = self._html is not None
         self._shapes = add_visualizers(builder, self._navigation, scenario, self.meshcat, keep=keeps_page).stage.shapes
 
-    def _layers(self) -> dict[str, Layer]:
+    def _list_layers(self) -> dict[str, Layer]:
         """Return the layers that a legend may list."""
-        robot = robot_layer(SceneTimeline(self._followed.scene_graph), self._followed)
-        return layers_of_run(self._scenario.robot.max_speed, self._world, robot)
+        robot = make_robot_layer(SceneTimeline(self._followed.scene_graph), self._followed)
+        return list_layers_of_run(self._scenario.robot.max_speed, self._world, robot)
 
     @property
     def time(self) -> float:
@@ -140,12 +140,12 @@ class LiveRun:
     @property
     def pose(self) -> np.ndarray:
         """Where the robot is now: (x, y, yaw), W, m and rad."""
-        return value_of(self._navigation.localization("pose"), self.simulator.get_context())
+        return evaluate_port(self._navigation.localization("pose"), self.simulator.get_context())
 
     @property
     def goal(self) -> np.ndarray:
         """Where the robot is to go now, (x, y), W, m."""
-        return value_of(self._navigation.goal_position, self.simulator.get_context())
+        return evaluate_port(self._navigation.goal_position, self.simulator.get_context())
 
     def step(self) -> bool:
         """Poll the buttons, then drive on or wait for `POLL`; returns whether the run goes on."""
@@ -162,7 +162,7 @@ class LiveRun:
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
                 self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")
-            elif (current_text := self._going()) != self._said:
+            elif (current_text := self._describe_progress()) != self._said:
                 self._say(f"{self.time:6.1f} s: {current_text}")
                 self._said = current_text
         return not self.outcome
@@ -180,7 +180,7 @@ class LiveRun:
         written."""
         self.meshcat.DeleteAddedControls()
         if self._html is not None:
-            layers = drawn_layers(self._layers(), self._shapes, self._world)
+            layers = select_drawn_layers(self._list_layers(), self._shapes, self._world)
             caption = Caption(self._scenario.name, (self._line, self.outcome), layers)
             finish_recording(self.meshcat, self._html, caption, self._cameras)
 
@@ -188,10 +188,10 @@ class LiveRun:
         self.outcome = outcome
         self._say(outcome)
 
-    def _going(self) -> str:
+    def _describe_progress(self) -> str:
         """Whether the goal has been reached or is unreachable, in words."""
         port = self._navigation.planned("status")
-        status = None if port is None else value_of(port, self.simulator.get_context())
+        status = None if port is None else evaluate_port(port, self.simulator.get_context())
         if np.hypot(*(self.pose[:2] - self.goal)) < self._scenario.simulation.goal_tolerance:
             return "reached the goal"
         status_texts = {PlannerStatus.UNREACHABLE: "found no way to the goal", PlannerStatus.BLOCKED: "blocked"}
@@ -203,32 +203,32 @@ class LiveRobots(LiveRun):
 
     def _add_to(self, builder: DiagramBuilder) -> None:
         scenario = self._scenario
-        worlds = worlds_of_robots(scenario, self._seed)
+        worlds = make_worlds_of_robots(scenario, self._seed)
         self._world = worlds[0]
         self._driven = add_robots(builder, scenario, worlds, self._seed)
         stations = [simulated(each.navigation.station) for each in self._driven]
         self._followed = stations[0]
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
-        hidden_geometries = [*self._followed.floor, *collar_geometries(scene_graph)]
+        hidden_geometries = [*self._followed.floor, *find_collar_geometries(scene_graph)]
         period = 1.0 / scenario.recording.frames_per_second
         # what is below the robots stays
         visual_parameters: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
-        links = [frame for station in stations for frame in robot_frames(station)]
+        links = [frame for station in stations for frame in find_robot_frames(station)]
         add_scene(builder, plant, scene_graph, self.meshcat, hidden_geometries, robot=links, **visual_parameters)
-        layers = self._layers()
+        layers = self._list_layers()
         stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
         self._shapes = stage.shapes
         for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
             for goal in robot.goals:
-                stage.add(name, goal_star(goal, robot.robot.radius, self._world.extent), 0.0)
+                stage.add(name, make_goal_star(goal, robot.robot.radius, self._world.extent), 0.0)
             below = Cylinder(1.15 * robot.robot.radius, LAYERS["goal"].height)
-            self.meshcat.SetObject(f"{robot_path(station)}/rim", below, Rgba(*layer.color))
+            self.meshcat.SetObject(f"{find_robot_path(station)}/rim", below, Rgba(*layer.color))
 
-    def _layers(self) -> dict[str, Layer]:
-        trails = (trail_layer(robot.name, "its goals", k) for k, robot in enumerate(self._scenario.robots))
-        return with_scene(dict(trails), self._world)
+    def _list_layers(self) -> dict[str, Layer]:
+        trails = (make_trail_layer(robot.name, "its goals", k) for k, robot in enumerate(self._scenario.robots))
+        return add_scene_layers(dict(trails), self._world)
 
-    def _going(self) -> str:
+    def _describe_progress(self) -> str:
         context = self.simulator.get_context()
-        arrived_count = sum(bool(np.isfinite(each.reached(context)).all()) for each in self._driven)
+        arrived_count = sum(bool(np.isfinite(each.find_arrival_times(context)).all()) for each in self._driven)
         return f"{arrived_count} of {len(self._driven)} have reached their goals"

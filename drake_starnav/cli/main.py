@@ -31,19 +31,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments and arguments[0] in MODULES:
         return find_command(arguments[0])(arguments[1:])
-    from drake_starnav.cli.options import exit_code, program_name
+    from drake_starnav.cli.options import find_program_name, run_for_exit_code
 
-    return exit_code(program_name(), lambda: _list(arguments))
+    return run_for_exit_code(find_program_name(), lambda: _print_list(arguments))
 
 
-def _list(arguments: Sequence[str]) -> int:
+def _print_list(arguments: Sequence[str]) -> int:
     from drake_starnav.errors import shown
     from drake_starnav.parameters import unknown_name
 
     if list(arguments) == ["--version"]:
-        from drake_starnav.evaluation.trial_file import versions
+        from drake_starnav.evaluation.trial_file import find_versions
 
-        found_versions = versions()
+        found_versions = find_versions()
         print(
             f"drake_starnav {found_versions['drake_starnav']} ({found_versions['git'] or 'no checkout'}), "
             f"Drake {found_versions['drake']}"
@@ -51,15 +51,15 @@ def _list(arguments: Sequence[str]) -> int:
         return 0
     if arguments and arguments[0] not in ("-h", "--help"):
         raise unknown_name(f"command {shown(arguments[0])}", arguments[0], MODULES)
-    print(_listing())
+    print(_make_listing())
     return 0
 
 
-def _listing() -> str:
+def _make_listing() -> str:
     import inspect
 
-    from drake_starnav.cli.options import program_name
-    from drake_starnav.scenario.shipped import METHODS, scenario_names
+    from drake_starnav.cli.options import find_program_name
+    from drake_starnav.scenario.shipped import METHODS, list_scenario_names
     from drake_starnav.worlds import WORLD_KINDS
 
     commands = {name: find_command(name).description.rstrip(".") for name in MODULES}
@@ -69,12 +69,12 @@ def _listing() -> str:
     width = max(map(len, (*commands, *worlds)))
     return "\n".join(
         (
-            f"usage: {program_name()} COMMAND ...   (COMMAND --help for its options)   or --version",
+            f"usage: {find_program_name()} COMMAND ...   (COMMAND --help for its options)   or --version",
             "",
             "commands",
             *(f"  {name:<{width}}  {text}" for name, text in commands.items()),
             "",
-            f"scenarios  {', '.join(scenario_names())}, or a YAML file",
+            f"scenarios  {', '.join(list_scenario_names())}, or a YAML file",
             f"methods    {', '.join(METHODS)}",
             "",
             "worlds that a YAML file can ask for",

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from drake_starnav.errors import StarnavError, one_line, said_by
-from drake_starnav.scenario.shipped import scenario_names
-from drake_starnav.utils.progress import Progress, silence
+from drake_starnav.scenario.shipped import list_scenario_names
+from drake_starnav.utils.progress import Progress, silence_progress
 
 REACHED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
@@ -22,7 +22,7 @@ ENTRY_POINT = "starnav"
 """The installed command; `python -m drake_starnav` does the same."""
 
 
-def program_name() -> str:
+def find_program_name() -> str:
     """The command that started the package: its entry point, or `python -m` with its name."""
     return ENTRY_POINT if Path(sys.argv[0]).stem == ENTRY_POINT else "python -m drake_starnav"
 
@@ -43,7 +43,7 @@ class Command:
         name: that it is called by.
         description: what it does, in a sentence.
         add_options: adds its options to a parser.
-        work: does it with the parsed options and returns the exit code; see `exit_code` for what it may raise.
+        work: does it with the parsed options and returns the exit code; see `run_for_exit_code` for what it may raise.
         codes: what its exit codes below 2 mean.
     """
 
@@ -56,12 +56,12 @@ class Command:
     def __call__(self, arguments: Sequence[str] | None = None) -> int:
         """Run it with these arguments, or with those of the process; returns the exit code."""
         epilog = f"exit codes: {self.codes}, {BAD_INPUT} bad input, {INTERRUPTED} interrupted"
-        parser = CommandParser(prog=f"{program_name()} {self.name}", description=self.description, epilog=epilog)
+        parser = CommandParser(prog=f"{find_program_name()} {self.name}", description=self.description, epilog=epilog)
         self.add_options(parser)
         return run_command(parser, arguments, self.work)
 
 
-def typed_command(prog: str, arguments: Sequence[str]) -> str:
+def format_typed_command(prog: str, arguments: Sequence[str]) -> str:
     """A command line as it was typed: `prog` is the command's name, or that of a script."""
     script = Path(sys.argv[0])
     return shlex.join([*(("python", str(script)) if script.name == prog else prog.split()), *arguments])
@@ -70,19 +70,19 @@ def typed_command(prog: str, arguments: Sequence[str]) -> str:
 def run_command(
     parser: argparse.ArgumentParser, arguments: Sequence[str] | None, work: Callable[[argparse.Namespace], int]
 ) -> int:
-    """Parse arguments, None for those of the process, and do a command's work; returns its `exit_code`."""
+    """Parse arguments, None for those of the process, and do a command's work; returns its `run_for_exit_code`."""
 
     def parsed() -> int:
         options = parser.parse_args(arguments)
-        options.typed = typed_command(parser.prog, sys.argv[1:] if arguments is None else arguments)
-        with silence(getattr(options, "quiet", False)), plain_warnings(parser.prog):
+        options.typed = format_typed_command(parser.prog, sys.argv[1:] if arguments is None else arguments)
+        with silence_progress(getattr(options, "quiet", False)), format_warnings_plainly(parser.prog):
             return work(options)
 
-    return exit_code(parser.prog, parsed)
+    return run_for_exit_code(parser.prog, parsed)
 
 
 @contextmanager
-def plain_warnings(prog: str) -> Iterator[None]:
+def format_warnings_plainly(prog: str) -> Iterator[None]:
     """Print each warning for the user once and in one line, without the place in the code."""
     previous_format, said_warnings = warnings.formatwarning, set[str]()
 
@@ -102,7 +102,7 @@ def plain_warnings(prog: str) -> Iterator[None]:
         warnings.formatwarning = previous_format
 
 
-def exit_code(prog: str, work: Callable[[], int]) -> int:
+def run_for_exit_code(prog: str, work: Callable[[], int]) -> int:
     """Run the work of a command of that name and return its exit code; an error or Ctrl-C is reported in one line.
 
     It may raise `StarnavError`, and `KeyboardInterrupt` with a text that says what was kept.
@@ -126,7 +126,7 @@ def exit_code(prog: str, work: Callable[[], int]) -> int:
 
 
 @contextmanager
-def progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
+def show_progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
     """A bar of simulated time; the function it yields takes the time now and its limit, s."""
     with Progress(label) as bar:
         first = last = math.inf
@@ -152,7 +152,7 @@ def print_written(paths: Iterable[Path | None]) -> None:
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Add the argument `scenario`, and the option `--set`."""
-    parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(scenario_names())}) or a YAML file")
+    parser.add_argument("scenario", help=f"a shipped scenario ({', '.join(list_scenario_names())}) or a YAML file")
     add_overrides(parser)
 
 

@@ -14,17 +14,17 @@ from drake_starnav.cli.options import (
     add_overrides,
     check_numbers,
     check_seed,
+    find_program_name,
     print_written,
-    program_name,
-    progress_bar,
+    show_progress_bar,
 )
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report.recordings import read_trial
 from drake_starnav.loading import load_scenario, parse_scenario
-from drake_starnav.scenario.scenario_file import scenario_path
-from drake_starnav.scenario.schema import Scenario, in_world
-from drake_starnav.scenario.shipped import METHODS, scenario_names
-from drake_starnav.utils.files import check_outputs, file_name
+from drake_starnav.scenario.scenario_file import find_scenario
+from drake_starnav.scenario.schema import Scenario, select_world
+from drake_starnav.scenario.shipped import METHODS, list_scenario_names
+from drake_starnav.utils.files import check_outputs, make_file_name
 
 if TYPE_CHECKING:
     from drake_starnav.visualization.timeline import RecordedRun
@@ -57,9 +57,9 @@ class Run:
     def name(self) -> str:
         """Scenario, methods and seed, or the log, for file names."""
         if self.log is not None:
-            return file_name(self.log.stem)
+            return make_file_name(self.log.stem)
         scenario = next(iter(self.scenarios.values()))
-        return "-".join((file_name(scenario.name), *self.scenarios, str(self.seed)))
+        return "-".join((make_file_name(scenario.name), *self.scenarios, str(self.seed)))
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -68,7 +68,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         metavar="TRIAL.json|SCENARIO",
         help="a trial by `simulate --json` or `benchmark --json`, which is repeated; or a scenario to drive: "
-        f"{', '.join(scenario_names())}, or a YAML file",
+        f"{', '.join(list_scenario_names())}, or a YAML file",
     )
     parser.add_argument("--log", type=Path, metavar="LOG.mcap", help="instead: a drive on a robot, by `drive --log`")
     parser.add_argument("--line", type=int, metavar="N", help="line of the trial in a file of several, from 1")
@@ -101,25 +101,25 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no list of files")
 
 
-def _record(options: argparse.Namespace) -> int:
-    run = chosen_run(options)
+def _record_run(options: argparse.Namespace) -> int:
+    run = choose_run(options)
     html = options.html or Path("out") / f"{run.name}.html"
     check_outputs([html])  # so that it has a name, from which others are derived
-    clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _clips(options).items()}
+    clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _list_clips(options).items()}
     _check_numbers(options)
-    stills = _stills(html, options)
+    stills = _list_still_times(html, options)
     read = {run.log or Path(options.run)}
     if run.log is None and not Path(options.run).name.endswith(TRIAL_SUFFIXES):
-        read.add(scenario_path(options.run))
+        read.add(find_scenario(options.run))
     check_outputs([html, *clips.values(), *(path for path, _ in stills)], read)
 
     from drake_starnav.visualization.page import check_view  # late: bad input is reported before Drake is loaded
 
     check_view(options.view)
-    shown_layers = _shown_layers(run, options)
+    shown_layers = _choose_layers(run, options)
     if stills or clips:
         _check_pictures(options)
-    recorded_run, same = _shoot(run, html, options, shown_layers)
+    recorded_run, same = _record_choice(run, html, options, shown_layers)
     for path, time in stills:
         if recorded_run.duration < time < math.inf:
             allowed_text = f"allowed: times up to {recorded_run.duration:.1f} s"
@@ -137,14 +137,14 @@ def _record(options: argparse.Namespace) -> int:
         print_written(written_files)
     if not same:
         print(
-            f"{program_name()} record: this run differs from the trial it repeats; both need the same versions and "
-            "settings",
+            f"{find_program_name()} record: this run differs from the trial it repeats; "
+            "both need the same versions and settings",
             file=sys.stderr,
         )
     return REACHED if same else NOT_REACHED
 
 
-def chosen_run(options: argparse.Namespace) -> Run:
+def choose_run(options: argparse.Namespace) -> Run:
     """The run that the command line selects.
 
     Raises:
@@ -176,7 +176,7 @@ def chosen_run(options: argparse.Namespace) -> Run:
     check_seed(trial["seed"])
     method, name, text = trial["method"], trial["scenario"], trial.get("text")
     scenario = parse_scenario(text, name=name, method=method) if text else load_scenario(name, method=method)
-    return Run({method: in_world(scenario, trial.get("world"))}, trial["seed"], trial.get("state_hash"))
+    return Run({method: select_world(scenario, trial.get("world"))}, trial["seed"], trial.get("state_hash"))
 
 
 def _check_numbers(options: argparse.Namespace) -> None:
@@ -189,30 +189,30 @@ def _check_numbers(options: argparse.Namespace) -> None:
 
 def _check_pictures(options: argparse.Namespace) -> None:
     """Raise a `StarnavError` before the run where its pictures cannot be drawn."""
-    from drake_starnav.visualization.world_figure import new_figure
+    from drake_starnav.visualization.world_figure import make_figure
 
     if options.view == "oblique":
         raise StarnavError("--view oblique with stills or clips, which are drawn from above; allowed: top or follow")
-    new_figure(1.0)
+    make_figure(1.0)
     if options.mp4 is not None:
-        from drake_starnav.visualization.pictures import ffmpeg  # late: it takes Matplotlib
+        from drake_starnav.visualization.pictures import import_ffmpeg  # late: it takes Matplotlib
 
-        ffmpeg()
+        import_ffmpeg()
 
 
-def _shown_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | None:
-    from drake_starnav.visualization.meshes import LAYERS, selected_layers
+def _choose_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | None:
+    from drake_starnav.visualization.meshes import LAYERS, select_layers
 
     names = [*(options.compare or []), *(robot.name for each in run.scenarios.values() for robot in each.robots)]
     trails = [f"trail/{name}" for name in names]
-    return None if options.layers is None else selected_layers(options.layers, [*LAYERS, *trails])
+    return None if options.layers is None else select_layers(options.layers, [*LAYERS, *trails])
 
 
-def _shoot(
+def _record_choice(
     run: Run, html: Path, options: argparse.Namespace, shown: frozenset[str] | None
 ) -> tuple["RecordedRun", bool]:
     """Simulate and record; returns what was recorded, and whether the run repeats the given trial."""
-    with progress_bar("driving") as progress:
+    with show_progress_bar("driving") as progress:
         if run.log is not None:
             from drake_starnav.simulation.log_recording import record_log
 
@@ -224,7 +224,7 @@ def _shoot(
                 run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress
             )
             return recorded_run, True
-        from drake_starnav.simulation.records import record_robots, robots_record
+        from drake_starnav.simulation.records import make_robots_record, record_robots
         from drake_starnav.simulation.robots import run_robots
         from drake_starnav.simulation.run import run_trial
         from drake_starnav.visualization.recorder import Recorder
@@ -233,14 +233,14 @@ def _shoot(
         if scenario.robots:
             trials = run_robots(scenario, method=method, seed=run.seed, progress=progress)
             recorded_run = record_robots(scenario, trials, run.seed, html, view=options.view, shown=shown)
-            return recorded_run, run.state_hash in (None, robots_record(trials)["state_hash"])
+            return recorded_run, run.state_hash in (None, make_robots_record(trials)["state_hash"])
         recorder = Recorder(html, options.view, shown)
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.recorded is not None
     return recorder.recorded, run.state_hash in (None, trial.state_hash)
 
 
-def _stills(html: Path, options: argparse.Namespace) -> list[tuple[Path, float]]:
+def _list_still_times(html: Path, options: argparse.Namespace) -> list[tuple[Path, float]]:
     """The times, s, infinite for the end, of what the options of `STILLS` ask for, beside the recording."""
     stills = []
     for kind in STILLS:
@@ -251,7 +251,7 @@ def _stills(html: Path, options: argparse.Namespace) -> list[tuple[Path, float]]
     return stills
 
 
-def _clips(options: argparse.Namespace) -> dict[str, Path]:
+def _list_clips(options: argparse.Namespace) -> dict[str, Path]:
     return {kind: path for kind in ("gif", "mp4") if (path := getattr(options, kind)) is not None}
 
 
@@ -259,6 +259,6 @@ record = Command(
     "record",
     "Drive one scenario, or repeat a trial, and leave a recording that opens offline.",
     _add_options,
-    _record,
+    _record_run,
     "0 done, 1 done but the run is not the one it should repeat",
 )

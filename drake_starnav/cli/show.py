@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from drake_starnav.cli.options import REACHED, Command, add_scenario, check_seed, progress_bar
+from drake_starnav.cli.options import REACHED, Command, add_scenario, check_seed, show_progress_bar
 from drake_starnav.errors import StarnavError
-from drake_starnav.utils.files import check_outputs, file_name
+from drake_starnav.utils.files import check_outputs, make_file_name
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -14,26 +14,26 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="FILE", help="a .png (default: out/SCENARIO.png)")
 
 
-def _work(options: argparse.Namespace) -> int:
+def _show_scenario(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
     from drake_starnav.worlds import make_world
 
     check_seed(options.seed)
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    file = Path("out", f"{file_name(scenario.name)}.png") if options.out is None else options.out
+    file = Path("out", f"{make_file_name(scenario.name)}.png") if options.out is None else options.out
     if file.suffix != ".png":
         raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png")
     check_outputs([file])
-    with progress_bar(f"{scenario.name} seed {options.seed}"):
+    with show_progress_bar(f"{scenario.name} seed {options.seed}"):
         # bad input is reported before Drake is loaded
         make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
         from drake_starnav.navigation.robot import robot_world
-        from drake_starnav.simulation.trial import omniscient_path
+        from drake_starnav.simulation.trial import find_omniscient_path
         from drake_starnav.station.navigation_station import NavigationStation
         from drake_starnav.visualization.world_figure import write_png
 
         world = robot_world(scenario, options.seed)
-        found_path = omniscient_path(world, scenario.robot.shape)
+        found_path = find_omniscient_path(world, scenario.robot.shape)
         length = "no shortest path" if found_path is None else f"shortest path {found_path[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
         NavigationStation(world, scenario)  # it warns of what lidars do not see
@@ -47,19 +47,19 @@ show_world = Command(
     "show_world",
     "Draw a scenario's world with zones, start, goal, shortest path and the paths of moving obstacles.",
     _add_options,
-    _work,
+    _show_scenario,
 )
 
 
 def _print_margins(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
     from drake_starnav.navigation.robot import robot_mounts
-    from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, error_budget
+    from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, evaluate_error_budget
     from drake_starnav.scenario.margins import derive_margins
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     mounts = robot_mounts(scenario)
-    budgets = [error_budget(scenario, *each) for each in zip(mounts, scenario.all_lidars, strict=True)]
+    budgets = [evaluate_error_budget(scenario, *each) for each in zip(mounts, scenario.all_lidars, strict=True)]
     budget = max(budgets, key=lambda each: each.total)
     counting = [(term, value) for term, value in zip(TERMS, budget.terms, strict=True) if value > 0.0]
     for term, value in counting:

@@ -16,7 +16,7 @@ from drake_starnav.cli.options import (
     add_scenario,
     check_seed,
     print_written,
-    progress_bar,
+    show_progress_bar,
 )
 from drake_starnav.errors import StarnavError, counted
 from drake_starnav.scenario.shipped import METHODS
@@ -56,34 +56,36 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
 
 
-def _simulate(options: argparse.Namespace) -> int:
+def _run_simulation(options: argparse.Namespace) -> int:
     from drake_starnav.loading import load_scenario
-    from drake_starnav.scenario.scenario_file import scenario_path, scenario_text
+    from drake_starnav.scenario.scenario_file import find_scenario, format_scenario
     from drake_starnav.worlds import make_world
 
     check_seed(options.seed)
     _check_live_options(options)
     scenario = load_scenario(options.scenario, method=options.method, overrides=options.overrides)
-    check_outputs((options.html, options.json), [scenario_path(options.scenario)])
+    check_outputs((options.html, options.json), [find_scenario(options.scenario)])
     if options.meshcat:
         return _simulate_live(scenario, options)
-    with progress_bar(f"{scenario.name} seed {options.seed}") as progress:
+    with show_progress_bar(f"{scenario.name} seed {options.seed}") as progress:
         if not scenario.robots:  # a bad world is reported before Drake is loaded
             make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
-        from drake_starnav.simulation.records import driven_record
+        from drake_starnav.simulation.records import make_driven_record
 
-        record = driven_record(scenario, method=options.method, seed=options.seed, html=options.html, progress=progress)
+        record = make_driven_record(
+            scenario, method=options.method, seed=options.seed, html=options.html, progress=progress
+        )
     if options.json is not None:
-        write_text(options.json, json.dumps({**record, "text": scenario_text(scenario)}, indent=2) + "\n")
+        write_text(options.json, json.dumps({**record, "text": format_scenario(scenario)}, indent=2) + "\n")
     if not options.quiet:
-        print("\n".join(map(_robot_line, record["robots"])) if scenario.robots else _table(record))
+        print("\n".join(map(_format_robot_line, record["robots"])) if scenario.robots else _format_table(record))
         print_written((options.html, options.json))
         if options.html is not None:
             print(f"open {options.html.resolve().as_uri()} in a browser, no network needed")
     return REACHED if record["outcome"] == "reached" else NOT_REACHED
 
 
-def _robot_line(record: dict) -> str:
+def _format_robot_line(record: dict) -> str:
     why = record["contact"] or (record["outcome"] in ("blocked", "unreachable") and record["blocked_by"]) or ""
     return (
         f"{record['robot']:>16}  {record['outcome']}{f' ({why})' if why else ''}, {record['time_s']:.1f} s, "
@@ -115,15 +117,15 @@ def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
     return NOT_REACHED if run.collided else REACHED
 
 
-def _table(record: dict) -> str:
-    from drake_starnav.station.monitors import contact_said  # late: it loads Drake
+def _format_table(record: dict) -> str:
+    from drake_starnav.station.monitors import describe_contact  # late: it loads Drake
 
     outcome, shortest = record["outcome"], record["shortest_path_m"]
     ratio = f" ({record['path_length_m'] / shortest:.3f} x shortest)" if shortest else ""
     clearance = record["min_clearance_m"]
     micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
     rows = (
-        ("outcome", contact_said(outcome, record["contact"]) if record["contact"] else outcome),
+        ("outcome", describe_contact(outcome, record["contact"]) if record["contact"] else outcome),
         *([("blocked", f"at {record['blocked_s']:.0f} s: {record['blocked_by']}")] if record["blocked_by"] else []),
         ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
         ("path", f"{record['path_length_m']:.2f} m{ratio}"),
@@ -135,7 +137,7 @@ def _table(record: dict) -> str:
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
 
 
-simulate = Command("simulate", "Drive one scenario and report how it went.", _add_options, _simulate, CODES)
+simulate = Command("simulate", "Drive one scenario and report how it went.", _add_options, _run_simulation, CODES)
 demo = Command(
-    "demo", f"Drive the forest; write {DEMO_FILES[0]} and {DEMO_FILES[1]}.", _add_demo_options, _simulate, CODES
+    "demo", f"Drive the forest; write {DEMO_FILES[0]} and {DEMO_FILES[1]}.", _add_demo_options, _run_simulation, CODES
 )

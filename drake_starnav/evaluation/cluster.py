@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from typing import Any
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.trial_file import versions
+from drake_starnav.evaluation.trial_file import find_versions
 from drake_starnav.evaluation.workers import Pool
 
 TIMEOUT = 10.0
@@ -16,7 +16,7 @@ LEAST_IN_FLIGHT = 1000
 
 
 @contextmanager
-def dask_pool(address: str) -> Iterator[Pool]:
+def connect_dask_pool(address: str) -> Iterator[Pool]:
     """Workers of a Dask cluster. If a worker is lost, the scheduler assigns its trial to another one.
 
     Args:
@@ -49,12 +49,12 @@ def _check_workers(client: Any, address: str) -> int:
     """The number of the workers' threads; raises `StarnavError` unless every worker runs the same code as this."""
     try:
         client.wait_for_workers(1, timeout=TIMEOUT)
-        versions_found = client.run(versions)
+        versions_found = client.run(find_versions)
     except TimeoutError:
         raise StarnavError(f"--dask {address}: the scheduler has no workers; allowed: at least one") from None
     except ImportError as error:
         raise StarnavError(f"--dask {address}: {error} on a worker; allowed: the same installation as here") from None
-    own_versions = versions()
+    own_versions = find_versions()
     for worker, worker_versions in versions_found.items():
         other = [
             f"{name} {worker_versions.get(name)}, here {value}"

@@ -8,8 +8,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, UnsupportedError
 from drake_starnav.loading import load_scenario, parse_scenario
-from drake_starnav.scenario.scenario_file import scenario_text
-from drake_starnav.scenario.schema import Scenario, in_world
+from drake_starnav.scenario.scenario_file import format_scenario
+from drake_starnav.scenario.schema import Scenario, select_world
 
 Record = dict[str, Any]
 """A finished trial as stored in a file: the fields of a `Trial` and its number."""
@@ -56,7 +56,7 @@ class Job:
         return self.case.scenario, self.case.method, self.trial
 
 
-def trial_seed(seed: int, trial: int) -> int:
+def derive_trial_seed(seed: int, trial: int) -> int:
     """The seed of a trial, by its number from 0 and that of the batch, >= 0, whatever other trials the batch has."""
     return int(np.random.SeedSequence(entropy=seed, spawn_key=(trial,)).generate_state(1)[0])
 
@@ -71,7 +71,7 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
     for name in scenarios:
         for method in methods:
             scenario = load_scenario(name, method=method, overrides=overrides)
-            cases.append(Case(scenario.name, method, scenario_text(scenario), name))
+            cases.append(Case(scenario.name, method, format_scenario(scenario), name))
     names = [(case.scenario, case.method) for case in cases]
     for scenario_name, method in names:
         if names.count((scenario_name, method)) > 1:
@@ -103,7 +103,7 @@ def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, don
     """
     in_world = not isinstance(trials, int)
     numbers = range(trials) if isinstance(trials, int) else trials
-    jobs = [Job(case, trial, trial_seed(seed, trial), in_world) for trial in numbers for case in cases]
+    jobs = [Job(case, trial, derive_trial_seed(seed, trial), in_world) for trial in numbers for case in cases]
     return [job for job in jobs if job.key not in done]
 
 
@@ -112,22 +112,22 @@ def run_job(job: Job) -> Record:
 
     If the method does not support the trial's world, the outcome is `unsupported`.
     """
-    from drake_starnav.simulation.records import driven_record  # late: only workers need Drake
+    from drake_starnav.simulation.records import make_driven_record  # late: only workers need Drake
 
     try:
-        scenario = in_world(job.case.read(), job.trial if job.in_world else None)
-        record = driven_record(scenario, seed=job.seed)
+        scenario = select_world(job.case.read(), job.trial if job.in_world else None)
+        record = make_driven_record(scenario, seed=job.seed)
     except UnsupportedError as error:
-        return {**error_record(job, str(error)), "outcome": "unsupported"}
+        return {**make_error_record(job, str(error)), "outcome": "unsupported"}
     except StarnavError as error:
-        return error_record(job, str(error))
+        return make_error_record(job, str(error))
     except Exception as error:  # a fault in one trial must not end the others
-        return error_record(job, f"{type(error).__name__}: {error}")
+        return make_error_record(job, f"{type(error).__name__}: {error}")
     world = {"world": job.trial} if job.in_world else {}
     return {"trial": job.trial, **world, **record}
 
 
-def error_record(job: Job, message: str) -> Record:
+def make_error_record(job: Job, message: str) -> Record:
     """The record of a trial that could not be run."""
     return {
         "trial": job.trial,

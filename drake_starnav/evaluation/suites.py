@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 
 from drake_starnav.errors import shown
 from drake_starnav.evaluation.jobs import Record
-from drake_starnav.evaluation.summary import Summary, Table, compare, number, rate_text, summarise
+from drake_starnav.evaluation.summary import (
+    Summary,
+    Table,
+    compare_trials,
+    format_number,
+    format_rate,
+    summarize_records,
+)
 from drake_starnav.parameters import unknown_name
 
 
@@ -76,7 +83,7 @@ def find_suite(name: str) -> Suite:
     return SUITES[name]
 
 
-def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[str] = ()) -> Table:
+def make_suite_table(suite: Suite, records: Sequence[Record], references: Sequence[str] = ()) -> Table:
     """A row for each scenario and method, with the figures to each reference and the published ones.
 
     The references are the suite's unless others are given.
@@ -86,19 +93,19 @@ def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[st
     for record in records:
         by_case.setdefault((record["scenario"], record["method"]), []).append(record)
     rows = []
-    for summary in summarise(records):
+    for summary in summarize_records(records):
         case = (summary.scenario, summary.method)
         paper = suite.published.get(case, Published())
-        pairs = [compare(by_case[case], by_case.get((summary.scenario, name), [])) for name in references]
+        pairs = [compare_trials(by_case[case], by_case.get((summary.scenario, name), [])) for name in references]
         rows.append(
             (
                 *case,
-                str(summary.trials), rate_text(summary.reached, summary.trials), number(paper.success_percent, 1),
-                _failures(summary),
-                *(_of(pair.time_ratio, pair.trials) for pair in pairs), number(paper.time_percent, 1),
-                *(_of(pair.path_ratio, pair.trials) for pair in pairs), number(paper.path_percent, 1),
-                f"{number(summary.command_p50_s, 3, 1e3)} / {number(summary.command_p99_s, 3, 1e3)}",
-                number(paper.command_ms, 2),
+                str(summary.trials), format_rate(summary.reached, summary.trials),
+                format_number(paper.success_percent, 1), _format_failures(summary),
+                *(_format_ratio(pair.time_ratio, pair.trials) for pair in pairs), format_number(paper.time_percent, 1),
+                *(_format_ratio(pair.path_ratio, pair.trials) for pair in pairs), format_number(paper.path_percent, 1),
+                f"{format_number(summary.command_p50_s, 3, 1e3)} / {format_number(summary.command_p99_s, 3, 1e3)}",
+                format_number(paper.command_ms, 2),
             )
         )  # fmt: skip
     times, paths = ([f"{figure} % to {name}" for name in references] for figure in ("TTR", "PLR"))
@@ -109,11 +116,11 @@ def suite_table(suite: Suite, records: Sequence[Record], references: Sequence[st
     return head, rows
 
 
-def _of(ratio: float | None, trials: int) -> str:
+def _format_ratio(ratio: float | None, trials: int) -> str:
     """A mean of ratios in per cent, and of how many trials that both finished."""
     return "-" if ratio is None else f"{100.0 * ratio:.1f} ({trials})"
 
 
-def _failures(summary: Summary) -> str:
+def _format_failures(summary: Summary) -> str:
     """How trials ended that did not reach the goal, each with its number."""
     return ", ".join(f"{count} {outcome}" for outcome, count in summary.failures.items() if count) or "-"

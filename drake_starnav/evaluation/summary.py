@@ -17,7 +17,7 @@ UNSUPPORTED = "unsupported"
 """The outcome of a method that does not support the trial's world; neither a success nor a failure."""
 
 
-def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
+def compute_wilson_interval(successes: int, trials: int) -> tuple[float, float]:
     """The 95 % Wilson score interval of a rate, valid for few trials and for rates of 0 and 1; (0, 1) of 0 trials.
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
@@ -38,7 +38,7 @@ class Median(NamedTuple):
     high: float
 
 
-def median_interval(values: Sequence[float]) -> Median:
+def compute_median_interval(values: Sequence[float]) -> Median:
     """Return the median of n >= 1 values with its exact interval, which has no ends for n < 6.
 
     The ends are values of the sample, by the sign test. The interval holds its level for every distribution, whatever
@@ -90,7 +90,7 @@ class Summary:
     wall_ratio: float | None
 
 
-def by_robot(records: Sequence[Record]) -> list[Record]:
+def split_by_robot(records: Sequence[Record]) -> list[Record]:
     """The records, each followed by those of its robots, if it is of several: their scenario is SCENARIO/ROBOT."""
     return [
         each
@@ -99,15 +99,15 @@ def by_robot(records: Sequence[Record]) -> list[Record]:
     ]
 
 
-def summarise(records: Sequence[Record]) -> list[Summary]:
+def summarize_records(records: Sequence[Record]) -> list[Summary]:
     """A summary for each scenario and method, in the order in which they first appear."""
     cases: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         cases.setdefault((record["scenario"], record["method"]), []).append(record)
-    return [_summary(scenario, method, case) for (scenario, method), case in cases.items()]
+    return [_summarize_trials(scenario, method, case) for (scenario, method), case in cases.items()]
 
 
-def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
+def _summarize_trials(scenario: str, method: str, records: list[Record]) -> Summary:
     ran = [record for record in records if "time_s" in record]
     reached_records = [record for record in ran if record["outcome"] == "reached"]
     ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records if r["shortest_path_m"]]
@@ -118,27 +118,27 @@ def _summary(scenario: str, method: str, records: list[Record]) -> Summary:
     trials = len(records) - counts[UNSUPPORTED]
 
     def median(step: str, figure: str) -> float | None:
-        return _figure(np.median, [r[step][figure] for r in ran if r[step]["count"]])
+        return _compute_figure(np.median, [r[step][figure] for r in ran if r[step]["count"]])
 
     return Summary(
         scenario=scenario,
         method=method,
         trials=trials,
         reached=len(reached_records),
-        interval=wilson_interval(len(reached_records), trials),
+        interval=compute_wilson_interval(len(reached_records), trials),
         failures={name: counts[name] for name in dict.fromkeys((*OUTCOMES, *sorted(counts)))},
-        path_mean=_figure(np.mean, ratios),
-        path_median=_figure(np.median, ratios),
-        path_p95=_figure(lambda values: np.percentile(values, 95), ratios),
-        time_s=_figure(np.mean, [r["time_s"] for r in reached_records]),
-        speed_mps=_total_ratio(reached_records, "path_length_m", "time_s"),
+        path_mean=_compute_figure(np.mean, ratios),
+        path_median=_compute_figure(np.median, ratios),
+        path_p95=_compute_figure(lambda values: np.percentile(values, 95), ratios),
+        time_s=_compute_figure(np.mean, [r["time_s"] for r in reached_records]),
+        speed_mps=_compute_total_ratio(reached_records, "path_length_m", "time_s"),
         score=sum(scores) / trials if scores else None,
-        clearance_m=_figure(np.min, clearances),
+        clearance_m=_compute_figure(np.min, clearances),
         command_p50_s=median("command", "p50_s"),
         command_p99_s=median("command", "p99_s"),
         scan_p50_s=median("scan", "p50_s"),
         plan_p50_s=median("plan", "p50_s"),
-        wall_ratio=_total_ratio(ran, "wall_s", "time_s"),
+        wall_ratio=_compute_total_ratio(ran, "wall_s", "time_s"),
     )
 
 
@@ -186,7 +186,7 @@ class Comparison:
         return None if self.path is None else self.path.mean
 
 
-def compare(records: Sequence[Record], reference: Sequence[Record]) -> Comparison:
+def compare_trials(records: Sequence[Record], reference: Sequence[Record]) -> Comparison:
     """Compare two sets of trials with the same batch seed; trials are paired by scenario and number."""
     from scipy.stats import binomtest  # late, as above
 
@@ -198,27 +198,27 @@ def compare(records: Sequence[Record], reference: Sequence[Record]) -> Compariso
     first, second = (sum(pair[k]["outcome"] == "reached" for pair in pairs) - len(both) for k in (0, 1))
     return Comparison(
         len(both),
-        _paired_ratio(both, "time_s"),
-        _paired_ratio(both, "path_length_m"),
+        _compare_pairs(both, "time_s"),
+        _compare_pairs(both, "path_length_m"),
         first,
         second,
         float(binomtest(first, first + second).pvalue) if first + second else 1.0,
     )
 
 
-def _paired_ratio(pairs: Sequence[tuple[Record, Record]], field: str) -> PairedRatio | None:
+def _compare_pairs(pairs: Sequence[tuple[Record, Record]], field: str) -> PairedRatio | None:
     ratios = [one[field] / other[field] for one, other in pairs if other[field] > 0.0]
     if not ratios:
         return None
     of_sums = sum(one[field] for one, _ in pairs) / sum(other[field] for _, other in pairs)
-    return PairedRatio(float(np.mean(ratios)), median_interval(ratios), of_sums)
+    return PairedRatio(float(np.mean(ratios)), compute_median_interval(ratios), of_sums)
 
 
-def _figure(function: Callable[[list[float]], float], values: list[float]) -> float | None:
+def _compute_figure(function: Callable[[list[float]], float], values: list[float]) -> float | None:
     return float(function(values)) if values else None
 
 
-def _total_ratio(records: Sequence[Record], numerator: str, denominator: str) -> float | None:
+def _compute_total_ratio(records: Sequence[Record], numerator: str, denominator: str) -> float | None:
     total = sum(record[denominator] for record in records)
     return sum(record[numerator] for record in records) / total if total > 0.0 else None
 
@@ -227,12 +227,12 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 """Head and rows."""
 
 
-def outcome_table(summaries: Sequence[Summary]) -> Table:
+def make_outcome_table(summaries: Sequence[Summary]) -> Table:
     """Outcomes of the trials."""
     others = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))
     rows = [
         (
-            s.scenario, s.method, str(s.trials), str(s.reached), rate_text(s.reached, s.trials),
+            s.scenario, s.method, str(s.trials), str(s.reached), format_rate(s.reached, s.trials),
             *(str(s.failures.get(name, 0)) for name in (*OUTCOMES, *others)),
         )
         for s in summaries
@@ -240,15 +240,16 @@ def outcome_table(summaries: Sequence[Summary]) -> Table:
     return ("scenario", "method", "trials", "reached", "success (95 % interval)", *OUTCOMES, *others), rows
 
 
-def cost_table(summaries: Sequence[Summary]) -> Table:
+def make_cost_table(summaries: Sequence[Summary]) -> Table:
     """Path length, time and clearance on the way to the goal, and computation times; scores if there are any."""
     rows = [
         (
-            s.scenario, s.method, number(s.path_mean, 3), number(s.path_median, 3), number(s.path_p95, 2),
-            number(s.time_s, 1), number(s.speed_mps, 3), number(s.score, 4),
-            number(s.clearance_m, 1, 1e3),
-            f"{number(s.command_p50_s, 0, 1e6)} / {number(s.command_p99_s, 0, 1e6)}",
-            number(s.scan_p50_s, 0, 1e6), number(s.plan_p50_s, 0, 1e6), number(s.wall_ratio, 3),
+            s.scenario, s.method,
+            format_number(s.path_mean, 3), format_number(s.path_median, 3), format_number(s.path_p95, 2),
+            format_number(s.time_s, 1), format_number(s.speed_mps, 3), format_number(s.score, 4),
+            format_number(s.clearance_m, 1, 1e3),
+            f"{format_number(s.command_p50_s, 0, 1e6)} / {format_number(s.command_p99_s, 0, 1e6)}",
+            format_number(s.scan_p50_s, 0, 1e6), format_number(s.plan_p50_s, 0, 1e6), format_number(s.wall_ratio, 3),
         )
         for s in summaries
     ]  # fmt: skip
@@ -261,28 +262,28 @@ def cost_table(summaries: Sequence[Summary]) -> Table:
     return (*head[:7], *head[8:]), [(*row[:7], *row[8:]) for row in rows]
 
 
-def rate_text(successes: int, trials: int) -> str:
+def format_rate(successes: int, trials: int) -> str:
     """A success rate with its 95 % interval, in per cent."""
     if trials == 0:
         return "-"
-    low, high = wilson_interval(successes, trials)
+    low, high = compute_wilson_interval(successes, trials)
     return f"{100 * successes / trials:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
 
 
-def number(value: float | None, digits: int, scale: float = 1.0) -> str:
+def format_number(value: float | None, digits: int, scale: float = 1.0) -> str:
     """A number in a table; a dash for None."""
     return "-" if value is None else f"{value * scale:.{digits}f}"
 
 
-def markdown_text(text: str) -> str:
+def escape_markdown(text: str) -> str:
     """A text in one line, escaped so that Markdown shows it literally, also inside a table cell."""
     text = one_line(" ".join(text.split())).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\|`*\[\]~$]|(?<!\w)_|_(?!\w))", r"\\\1", text)
 
 
-def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def format_markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table with padded columns, readable as plain text."""
-    cells = [[markdown_text(cell) for cell in row] for row in (head, *rows)]
+    cells = [[escape_markdown(cell) for cell in row] for row in (head, *rows)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in cells]
     lines.insert(1, ["-" * width for width in widths])

@@ -17,7 +17,7 @@ from typing import Any
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import Case, Key, Record
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.utils.files import read_bytes, reading, unwritable
+from drake_starnav.utils.files import explain_read_errors, make_write_error, read_bytes
 
 Header = dict[str, Any]
 WORLD_TAG = re.compile(r"^world: !(\S+:\S+)", re.MULTILINE)
@@ -37,35 +37,35 @@ def make_header(
     """The header of a file: the versions that ran its trials, and everything that defines them.
 
     Args:
-        cases, seed, overrides: see `make_cases` and `trial_seed`.
+        cases, seed, overrides: see `make_cases` and `derive_trial_seed`.
         suite: name of the suite that the cases belong to; a report then shows its table.
         in_worlds: whether the number of a trial is the number of its world.
         command: that was typed; empty if there was none.
     """
     return {
-        "versions": versions(),
-        "machine": {"system": platform.platform(), "processor": processor_name(), "cores": os.cpu_count()},
+        "versions": find_versions(),
+        "machine": {"system": platform.platform(), "processor": find_processor_name(), "cores": os.cpu_count()},
         "seed": seed,
         "suite": suite,
         "in_worlds": in_worlds,
         "overrides": list(overrides),
         "cases": [dict(vars(case)) for case in cases],
-        "code": code_of(cases),
+        "code": hash_own_code(cases),
         "command": command,
     }
 
 
-def versions() -> dict[str, str]:
+def find_versions() -> dict[str, str]:
     """Versions that a trial's result may depend on; one file holds trials of the same versions only."""
     return {
-        "drake_starnav": _version("drake-starnav"),
-        "git": git_commit(),
+        "drake_starnav": _find_version("drake-starnav"),
+        "git": find_git_commit(),
         "python": platform.python_version(),
-        **{name: _version(name) for name in ("drake", "numpy", "scipy", "shapely", "numba", "scikit-learn")},
+        **{name: _find_version(name) for name in ("drake", "numpy", "scipy", "shapely", "numba", "scikit-learn")},
     }
 
 
-def code_of(cases: Sequence[Case]) -> dict[str, str]:
+def hash_own_code(cases: Sequence[Case]) -> dict[str, str]:
     """Return a hash of the file of each module, outside of this package, from which cases have a method or a world."""
     named_modules = [
         name for case in cases for name in (METHODS.get(case.method, case.method), *WORLD_TAG.findall(case.text))
@@ -78,7 +78,7 @@ def code_of(cases: Sequence[Case]) -> dict[str, str]:
 
 
 @cache
-def git_commit() -> str:
+def find_git_commit() -> str:
     """The commit of the checkout, with `-dirty` where files differ from it; empty for an installed wheel."""
     root = Path(__file__).parents[2]
     command = ["git", "-C", str(root), "--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"]
@@ -87,7 +87,7 @@ def git_commit() -> str:
     return subprocess.run([*command, "--exclude=*"], capture_output=True, text=True, check=False).stdout.strip()
 
 
-def processor_name() -> str:
+def find_processor_name() -> str:
     """The processor's name from /proc/cpuinfo on Linux, elsewhere from Python's `platform`."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
@@ -97,14 +97,14 @@ def processor_name() -> str:
     return name[1] if name else platform.processor() or platform.machine()
 
 
-def _version(distribution: str) -> str:
+def _find_version(distribution: str) -> str:
     try:
         return version(distribution)
     except PackageNotFoundError:
         return "not installed as a package"
 
 
-def record_key(record: Record) -> Key:
+def make_record_key(record: Record) -> Key:
     """Identifies a record within its file."""
     return record["scenario"], record["method"], record["trial"]
 
@@ -130,11 +130,11 @@ class TrialFile:
             if data:
                 found_header, records = read_trials(path)
                 check_same(found_header, header, str(path))
-                self._records = {record_key(record): record for record in records}
+                self._records = {make_record_key(record): record for record in records}
             self._file = open(path, "ab")  # noqa: SIM115 (closed by close)
             self._file.truncate(data.rfind(b"\n") + 1)
         except OSError as error:
-            raise unwritable(path, error) from None
+            raise make_write_error(path, error) from None
         if not data:
             self._write(header)
 
@@ -146,7 +146,7 @@ class TrialFile:
     def append(self, record: Record) -> None:
         """Write the record of a finished trial; it replaces one with the outcome `error`."""
         self._write(record)
-        self._records[record_key(record)] = record
+        self._records[make_record_key(record)] = record
 
     def close(self) -> None:
         """Close the file."""
@@ -163,7 +163,7 @@ class TrialFile:
             self._file.write(json.dumps(entry, allow_nan=False).encode() + b"\n")
             self._file.flush()
         except OSError as error:
-            raise unwritable(self.path, error) from None
+            raise make_write_error(self.path, error) from None
 
 
 def read_trials(path: Path) -> tuple[Header, list[Record]]:
@@ -176,11 +176,11 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
     """
     place, allowed_text = f"file of trials {path}", "a file written by `starnav benchmark --json`"
     data = read_bytes(path, place, allowed_text)
-    with reading(place, allowed_text):
+    with explain_read_errors(place, allowed_text):
         entries = [json.loads(line) for line in data.decode().split("\n")[:-1]]
         if not entries or not isinstance(entries[0], dict) or not entries[0].keys() >= HEADER_KEYS:
             raise ValueError("it has no header")
-        return entries[0], list({record_key(record): record for record in entries[1:]}.values())
+        return entries[0], list({make_record_key(record): record for record in entries[1:]}.values())
 
 
 def check_same(found: Header, wanted: Header, place: str) -> None:

@@ -13,9 +13,9 @@ from multiprocessing import connection
 from queue import SimpleQueue
 
 from drake_starnav.errors import StarnavError, one_line
-from drake_starnav.evaluation.jobs import Case, Job, Record, error_record, make_jobs, run_job
+from drake_starnav.evaluation.jobs import Case, Job, Record, make_error_record, make_jobs, run_job
 from drake_starnav.evaluation.summary import UNSUPPORTED
-from drake_starnav.evaluation.trial_file import TrialFile, record_key
+from drake_starnav.evaluation.trial_file import TrialFile, make_record_key
 from drake_starnav.utils.progress import Progress
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -37,9 +37,9 @@ class Pool:
     workers: int = 1
 
 
-def local_pool(count: int) -> Pool:
+def make_local_pool(count: int) -> Pool:
     """`count` processes of this machine."""
-    return Pool(lambda: local_processes(count), 2 * count, count)
+    return Pool(lambda: start_local_processes(count), 2 * count, count)
 
 
 def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
@@ -75,7 +75,7 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
                     yield future.result()
                 elif job in lost_jobs:
                     broken = True
-                    yield error_record(job, "its worker process died, twice")
+                    yield make_error_record(job, "its worker process died, twice")
                 else:
                     broken = True
                     lost_jobs.add(job)
@@ -83,7 +83,7 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
 
 
 @contextmanager
-def local_processes(count: int) -> Iterator[Executor]:
+def start_local_processes(count: int) -> Iterator[Executor]:
     """An executor of `count` processes of this machine, with one thread each.
 
     They are spawned, not forked: forking with Drake's threads deadlocks. If the context is left by an exception, as by
@@ -119,7 +119,7 @@ def _follow_parent() -> None:
     threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-def announcement(jobs: Sequence[Job], workers: int) -> str:
+def describe_batch(jobs: Sequence[Job], workers: int) -> str:
     """The size of a batch."""
     cases = len({(job.case.scenario, job.case.method) for job in jobs})
     return f"{len(jobs)} trial{'s' * (len(jobs) > 1)} of {cases} case{'s' * (cases > 1)}, {workers} at a time"
@@ -145,7 +145,7 @@ def run_batch(
     Raises:
         StarnavError: the file can no longer be written, or the workers cannot be started or reached.
     """
-    records = {record_key(record): record for record in file.records} if file else {}
+    records = {make_record_key(record): record for record in file.records} if file else {}
     done = {key for key, record in records.items() if record["outcome"] != "error"}
     jobs = make_jobs(cases, trials, seed, done)
     if not jobs:
@@ -154,17 +154,17 @@ def run_batch(
     untried_pairs: set[tuple[str, str]] = set()
     try:
         with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool)) as results:
-            bar.say(one_line(f"{title} {announcement(jobs, pool.workers)}".lstrip()))
+            bar.say(one_line(f"{title} {describe_batch(jobs, pool.workers)}".lstrip()))
             for ended_count, record in enumerate(results, start=1):
-                if file and record != records.get(record_key(record)):
+                if file and record != records.get(make_record_key(record)):
                     file.append(record)
-                records[record_key(record)] = record
+                records[make_record_key(record)] = record
                 case = record["scenario"], record["method"]
                 is_known = record["outcome"] == "reached" or (
                     record["outcome"] == UNSUPPORTED and case in untried_pairs
                 )
                 if not is_known:
-                    bar.say(one_line(f"{title} {_failure(record)}".lstrip()))
+                    bar.say(one_line(f"{title} {_describe_failure(record)}".lstrip()))
                 if record["outcome"] == UNSUPPORTED:
                     untried_pairs.add(case)
                 bar.count(ended_count, len(jobs))
@@ -181,7 +181,7 @@ class BatchInterrupted(KeyboardInterrupt):
         self.records = records
 
 
-def _failure(record: Record) -> str:
+def _describe_failure(record: Record) -> str:
     message = f": {record['message']}" if "message" in record else ""
     return (
         f"{record['scenario']} {record['method']} trial {record['trial']} seed {record['seed']}: "

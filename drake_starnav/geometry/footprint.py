@@ -95,7 +95,7 @@ class Footprint:
     @functools.cached_property
     def inscribed(self) -> float:
         """Radius of the largest disc about the origin inside one of its parts, m; 0 if the origin is in none."""
-        return max(-float(distance_to_point(0.0, 0.0, self.body)), 0.0)
+        return max(-float(measure_point_distance(0.0, 0.0, self.body)), 0.0)
 
     @functools.cached_property
     def polygons(self) -> Polygons:
@@ -136,27 +136,27 @@ def transform_point(x, y, frame):
 
 
 @kernel
-def gap_to_disc(frame, body, x, y, radius, least):
+def measure_gap_to_disc(frame, body, x, y, radius, least):
     """How far a `Body` at a frame is from a disc about (x, y), m, or `least` if that is less."""
     near_distance = least + radius + body.radius
     if near_distance >= 0.0 and (x - frame[0]) ** 2 + (y - frame[1]) ** 2 >= near_distance * near_distance:
         return least
     x, y = transform_point(x, y, frame)
-    return min(least, distance_to_point(x, y, body) - radius)
+    return min(least, measure_point_distance(x, y, body) - radius)
 
 
 @kernel
-def distance_to_point(x, y, body):
+def measure_point_distance(x, y, body):
     """How far a `Body` is from a place in its frame, m; negative inside, by a part's depth."""
     part_ends, least = body.polygons.ends, np.inf
     for k in range(max(len(part_ends), 1)):
         start, end = part_ends[k - 1] if k > 0 else 0, part_ends[k] if len(part_ends) else 0
-        least = min(least, part_distance(x, y, body, start, end)[0])
+        least = min(least, measure_part_distance(x, y, body, start, end)[0])
     return least
 
 
 @kernel
-def part_distance(x, y, body, start, end):
+def measure_part_distance(x, y, body, start, end):
     """How far one part of a `Body` is from a place, m, negative within it; and the direction from it; in its frame.
 
     The part is the polygon of these vertices, or the disc if there are none.
@@ -217,14 +217,14 @@ def footprint(corners: tuple) -> Footprint:
     return Footprint(parts, np.vstack(cover), narrow, radius)
 
 
-def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> float:
+def measure_protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> float:
     """By how much all that is nearer than `grown` to the hull of points (n, 2) sticks out of a footprint, m.
 
     What spans a notch may stick out farthest between its corners: to 0.1 mm.
     """
     if shape.is_disc:
         return max(float(np.hypot(*points.T).max()) + grown - shape.radius, 0.0)
-    body, hull = covered(shape, np.zeros(3)), shapely.MultiPoint(points).convex_hull
+    body, hull = find_covered_area(shape, np.zeros(3)), shapely.MultiPoint(points).convex_hull
     rest = shapely.difference(hull.buffer(grown, quad_segs=_ROUND), body)
     if rest.is_empty:
         return 0.0
@@ -239,19 +239,19 @@ def protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> floa
     return lower_bound
 
 
-def covered(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
+def find_covered_area(shape: Footprint, pose: np.ndarray) -> shapely.Geometry:
     """The area that a robot covers at a pose (x, y, yaw); a disc as a polygon of 48 corners."""
     return shapely.union_all(
         [shapely.Polygon(transform_points(pose, part)) for part in shape.parts or (shape.outline,)]
     )
 
 
-def overlap(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.ndarray) -> bool:
+def is_overlapping(one: Footprint, pose: np.ndarray, other: Footprint, other_pose: np.ndarray) -> bool:
     """Whether two robots at poses (x, y, yaw) touch."""
-    return bool(covered(one, pose).intersects(covered(other, other_pose)))
+    return bool(find_covered_area(one, pose).intersects(find_covered_area(other, other_pose)))
 
 
-def least_width(shape: shapely.Geometry) -> float:
+def measure_least_width(shape: shapely.Geometry) -> float:
     """The width of the least rectangle around a geometry, m."""
     return _find_box(shapely.get_coordinates(shape))[3]
 

@@ -19,7 +19,7 @@ def simplify_polyline(points: np.ndarray, tolerance: float) -> np.ndarray:
     return shapely.get_coordinates(shapely.LineString(points).simplify(tolerance, preserve_topology=False))
 
 
-def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def measure_segment_distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Distance of points of shape (n, 2) to the segment between two of shape (2,), shape (n,), m."""
     segment_vector = end - start
     length_squared = float(segment_vector @ segment_vector)
@@ -28,12 +28,12 @@ def distance_to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) 
 
 
 @kernel
-def third_side(a, b, cosine):
+def compute_third_side(a, b, cosine):
     """The third side of a triangle from two others and the cosine of the angle between them, m."""
     return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
 
 
-def signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
+def measure_signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Distance of points (m, 2) to the outline of a polygon (n, 2), negative inside; shape (m,), m."""
     area, places = shapely.Polygon(polygon), shapely.points(points)
     edge_distance = shapely.distance(places, area.exterior)
@@ -48,7 +48,7 @@ def around(polygon: np.ndarray, distance: float, step: float) -> np.ndarray:
 
 
 @leaf
-def point_to_segment_squared(x, y, ax, ay, bx, by):
+def square_segment_distance(x, y, ax, ay, bx, by):
     """Squared distance, m^2, from (x, y) to the segment a b, which may be a point; for compiled functions."""
     ex, ey = bx - ax, by - ay
     length_squared = ex * ex + ey * ey
@@ -60,7 +60,7 @@ def point_to_segment_squared(x, y, ax, ay, bx, by):
 
 
 @kernel
-def distances(origin, shape, step, reach, capsules):
+def measure_capsule_distances(origin, shape, step, reach, capsules):
     """How far the points of a grid are from the nearest capsule, up to `reach`, m; shape as asked.
 
     Args:
@@ -81,7 +81,7 @@ def distances(origin, shape, step, reach, capsules):
         for i in range(max(i0, 0), min(i1, shape[0])):
             for j in range(max(j0, 0), min(j1, shape[1])):
                 x, y = origin[0] + i * step, origin[1] + j * step
-                capsule_distance = math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius
+                capsule_distance = math.sqrt(square_segment_distance(x, y, x1, y1, x2, y2)) - radius
                 room[i, j] = min(room[i, j], capsule_distance)
     return room
 

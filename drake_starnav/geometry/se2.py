@@ -54,7 +54,7 @@ def _transform_points(points, x, y, cosine, sine):
     return out
 
 
-def places(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+def place_points(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Where points (k, 2) of a robot are at its poses (n, 3), shape (n * k, 2), W, m; the points of a pose in a row."""
     cosine, sine = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
     x = poses[:, 0, None] + cosine * points[:, 0] - sine * points[:, 1]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_starnav.geometry.footprint import Footprint, covered, find_top_speed
+from drake_starnav.geometry.footprint import Footprint, find_covered_area, find_top_speed
 from drake_starnav.utils.snapshot import snapshot
 
 WINDOW = 0.1
@@ -77,7 +77,7 @@ def find_least_gaps(footprints: Sequence[Footprint], motions: Sequence[Motion]) 
     """The least distance of each robot's footprint to another one during a run, m; 0 if they overlap."""
     times = np.arange(0.0, max(motion.duration for motion in motions), 0.05)
     areas = [
-        [covered(footprint, motion.at(float(t))) for t in times]
+        [find_covered_area(footprint, motion.at(float(t))) for t in times]
         for footprint, motion in zip(footprints, motions, strict=True)
     ]
     least = [math.inf] * len(footprints)
@@ -121,11 +121,11 @@ def compute_motion_metrics(
     window = count * time_step
     return MotionMetrics(
         mean_clearance_m=float(clearances.mean()),
-        jerk_mps3=jerk(v, window),
-        yaw_rate_change_radps2=yaw_rate_change(omega, window),
-        twist_energy_m2ps=twist_energy(v, omega, window, footprint.radius),
-        stops=stops(find_top_speed(v, omega, footprint.lever)),
-        stuck_s=time_stuck(positions[::count], window),
+        jerk_mps3=compute_jerk(v, window),
+        yaw_rate_change_radps2=compute_yaw_rate_change(omega, window),
+        twist_energy_m2ps=compute_twist_energy(v, omega, window, footprint.radius),
+        stops=count_stops(find_top_speed(v, omega, footprint.lever)),
+        stuck_s=sum_time_stuck(positions[::count], window),
     )
 
 
@@ -135,30 +135,30 @@ def compute_window_means(values: np.ndarray, count: int) -> np.ndarray:
     return values[: samples_per_window * count].reshape(samples_per_window, count).mean(axis=1)
 
 
-def jerk(v: np.ndarray, time_step: float) -> float:
+def compute_jerk(v: np.ndarray, time_step: float) -> float:
     """Root mean square of the second difference quotient of the forward speed (n,), m/s^3."""
     second = np.diff(v, 2) / time_step**2
     return float(np.sqrt(np.mean(second**2))) if len(second) else 0.0
 
 
-def yaw_rate_change(omega: np.ndarray, time_step: float) -> float:
+def compute_yaw_rate_change(omega: np.ndarray, time_step: float) -> float:
     """Mean absolute difference quotient of the yaw rate (n,), rad/s^2."""
     first = np.diff(omega) / time_step
     return float(np.abs(first).mean()) if len(first) else 0.0
 
 
-def twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radius: float) -> float:
+def compute_twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radius: float) -> float:
     """Integral of v^2 + (radius omega)^2/2 over time, m^2/s, of samples (n,)."""
     return float((v @ v + 0.5 * robot_radius**2 * (omega @ omega)) * time_step)
 
 
-def stops(speed: np.ndarray) -> int:
+def count_stops(speed: np.ndarray) -> int:
     """Number of times the fastest point's speed (n,) fell below STANDING after it had risen above DRIVING, m/s."""
     clear = speed[(speed < STANDING) | (speed > DRIVING)]  # speeds in between change nothing
     return int(np.count_nonzero((clear[:-1] > DRIVING) & (clear[1:] < STANDING)))
 
 
-def time_stuck(positions: np.ndarray, time_step: float) -> float:
+def sum_time_stuck(positions: np.ndarray, time_step: float) -> float:
     """Total time of the intervals of at least STUCK_TIME in which the robot stays within STUCK_RADIUS of their start.
 
     An interval of the positions (n, 2) begins where the one before ended, as in Nav2's `SimpleProgressChecker`.

@@ -81,7 +81,7 @@ class Slab(NamedTuple):
         kept_solids = replace(solids, vertices=solids.vertices[used], face_starts=starts, face_vertices=vertices)
         return Slab(kept_solids, tuple(plane.tolist()), float(reach.max(initial=0.0, where=~is_near)))
 
-    def holds(self, plane: np.ndarray) -> bool:
+    def contains_cut_of(self, plane: np.ndarray) -> bool:
         """Whether it has all faces that a plane (3, 3) cuts: no vertex is higher over one than over the other by more.
 
         Of a vertex v the heights n (v - o) differ by at most |n' - n| |v - o| + |o' - o|, and normals by no more than
@@ -100,7 +100,9 @@ def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, fl
             plane are along the two vectors, from the origin.
         near: x, y and radius of a circle in the plane, m; shapes outside it are left out.
     """
-    return _slice(plane, near, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices)
+    return _slice_faces_and_quadrics(
+        plane, near, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices
+    )
 
 
 @kernel
@@ -167,7 +169,7 @@ def _along(point, axis, origin=(0.0, 0.0, 0.0)):
 
 
 @kernel
-def _slice(plane, near, quadrics, vertices, face_starts, face_vertices):
+def _slice_faces_and_quadrics(plane, near, quadrics, vertices, face_starts, face_vertices):
     """The rows (k, 14) of the slice of `Solids` by a plane (3, 3), of those that may lie within a circle."""
     a, b, normal = plane[0], plane[1], np.empty(3)
     normal[0], normal[1] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]

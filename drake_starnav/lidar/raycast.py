@@ -158,7 +158,7 @@ def _cast_beam(row, place, directions, i, ranges):
         gx, gy = row[0] - x, row[1] - y
         _cast_circle(cy * gx + sy * gy, cy * gy - sy * gx, row[2], directions, i, i, ranges)
     else:
-        ax, ay, ex, ey = _segment(row, place)
+        ax, ay, ex, ey = _transform_segment(row, place)
         ux, uy = directions[i, 0], directions[i, 1]
         one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
         slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
@@ -185,7 +185,7 @@ def cast_rows(rows, place, fan, ranges, reach):
             continue
         dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
         if row[3] == SEGMENT:
-            ax, ay, ex, ey = _segment(row, place)
+            ax, ay, ex, ey = _transform_segment(row, place)
             angle = math.atan2(ay, ax)
             width = math.atan2(ax * ey - ay * ex, ax * (ax + ex) + ay * (ay + ey))
             if width < 0.0:
@@ -211,7 +211,7 @@ def cast_rows(rows, place, fan, ranges, reach):
 
 
 @leaf
-def _segment(row, place):
+def _transform_segment(row, place):
     """The first end of a segment, and the way from there to the other, in S, m."""
     x, y, cy, sy = place
     ax, ay, ex, ey = row[4] - x, row[5] - y, row[6] - row[4], row[7] - row[5]

@@ -12,7 +12,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.scan_log import LoggedScan, Record, Sectors, restore_scans
 from drake_starnav.lidar.transforms import Frames, pose_along, seconds, span
-from drake_starnav.utils.files import reading
+from drake_starnav.utils.files import explain_read_errors
 
 POSE_TOPICS = ("/odom", "/tf")
 """Where poses are looked for, in this order."""
@@ -124,7 +124,10 @@ def _read_messages(path: Path, scan_topic: str, pose_topic: str | None) -> Itera
         ) from None
     types = get_typestore(Stores.LATEST)
     whole_bag_text = "a whole bag of ROS 1 or ROS 2; `mcap recover` mends an .mcap file that was cut off"
-    with reading(f"bag {path}", whole_bag_text), AnyReader(_find_files(path), default_typestore=types) as reader:
+    with (
+        explain_read_errors(f"bag {path}", whole_bag_text),
+        AnyReader(_find_files(path), default_typestore=types) as reader,
+    ):
         kinds = {connection.topic: connection.msgtype.rpartition("/")[2] for connection in reader.connections}
         if pose_topic is None:
             pose_topic = next((topic for topic in POSE_TOPICS if topic in kinds), " or ".join(POSE_TOPICS))

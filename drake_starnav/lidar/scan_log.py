@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.utils.files import reading
+from drake_starnav.utils.files import explain_read_errors
 
 Sectors = Sequence[tuple[float, float]]
 """Bearings in the sensor frame S, from the first counter-clockwise to the second of each pair, rad."""
@@ -94,7 +94,11 @@ def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
     """The scans of a file as from `write_csv`, see `restore_scans`; a `StarnavError` for a file of another format."""
     names = ", ".join(f"{name}=..." for name in CSV_HEADER)
     allowed_text = f"a first line `# {names}`, then lines of time, x, y, yaw and the ranges"
-    with reading(f"scan log {file}", allowed_text), file.open(encoding="utf-8") as lines, warnings.catch_warnings():
+    with (
+        explain_read_errors(f"scan log {file}", allowed_text),
+        file.open(encoding="utf-8") as lines,
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")  # of a file without rows, which is refused below
         first = lines.readline()
         fields = dict(part.split("=") for part in first.replace(" ", "").strip("#\n").split(",") if "=" in part)

@@ -15,7 +15,7 @@ from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
-from drake_starnav.localization.scan_matching import GOOD_SHARE, Keyframe, OdometryError, Travel, aligned_pose
+from drake_starnav.localization.scan_matching import GOOD_SHARE, Keyframe, OdometryError, Travel, align_pose
 from drake_starnav.utils.snapshot import snapshot
 
 STEP_WAY, STEP_TURN = 1.0, 0.3
@@ -79,7 +79,7 @@ class OdometryCheck:
     latest: tuple[float, np.ndarray] = (-math.inf, np.zeros(3))
     steps: tuple[SeenStep, ...] = ()
 
-    def with_scan(
+    def add_scan(
         self, scan: LaserScan, pose: np.ndarray, error: OdometryError, mount: Mount = ON_AXIS
     ) -> "OdometryCheck":
         """Return the check after a scan; of `error` only noise and body count.
@@ -101,14 +101,14 @@ class OdometryCheck:
             return next_check
         if scan.time_increment and time > -math.inf:
             scan = deskew_scan(scan, earlier, time, sensor)
-        seen_step = None if key is None else _seen_step(key, scan, driven_step, error)
+        seen_step = None if key is None else _match_step(key, scan, driven_step, error)
         steps = (
             () if key is None or seen_step is None else (SeenStep(key.scan.time, scan.time, driven_step, seen_step),)
         )
         keyframe = Keyframe.of(scan, sensor, Travel(sensor), error)
         return dataclasses.replace(next_check, keyframe=keyframe, steps=(*self.steps, *steps)[-KEPT_STEPS:])
 
-    def difference(self) -> Difference:
+    def sum_differences(self) -> Difference:
         """Return what the kept steps come to, of which there must be one."""
         driven_steps, seen_steps = (
             np.array([getattr(step, name) for step in self.steps]) for name in ("driven", "seen")
@@ -130,10 +130,10 @@ class OdometryCheck:
         )
 
 
-def _seen_step(keyframe: Keyframe, scan: LaserScan, driven: np.ndarray, error: OdometryError) -> np.ndarray | None:
+def _match_step(keyframe: Keyframe, scan: LaserScan, driven: np.ndarray, error: OdometryError) -> np.ndarray | None:
     """Return how far the sensor came since a keyframe by its scan, as of `SeenStep`; None if that does not fit."""
     points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
     way, turn = TRUSTED * math.hypot(driven[0], driven[1]), TRUSTED * abs(driven[2])
     deviation = np.array((way, way, turn)) + LEAST_DEVIATION
-    pose, share = aligned_pose(keyframe, points, compose_poses(keyframe.pose, driven), deviation, error)
+    pose, share = align_pose(keyframe, points, compose_poses(keyframe.pose, driven), deviation, error)
     return np.array(find_pose_in_frame(keyframe.pose, pose)) if share >= GOOD_SHARE else None

@@ -60,15 +60,15 @@ class Surfaces(NamedTuple):
 
     @staticmethod
     def of(scan: LaserScan, width: float) -> "Surfaces":
-        """Those of a scan's static hits; for the width see `_lines`."""
+        """Those of a scan's static hits; for the width see `_fit_lines`."""
         points = np.full((len(scan.ranges), 2), np.inf)
         points[scan.mappable_hits] = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
-        anchor, normal = _lines(points, scan.angle_increment, scan.full_circle, width)
+        anchor, normal = _fit_lines(points, scan.angle_increment, scan.full_circle, width)
         return Surfaces(points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
 
 
 @kernel
-def _lines(points, increment, wrap, width):
+def _fit_lines(points, increment, wrap, width):
     """Lines through each point's neighbours on one surface, an anchor point and a normal each, (n, 2), 0 without one.
 
     Args:
@@ -115,7 +115,7 @@ def _lines(points, increment, wrap, width):
 
 
 @kernel
-def aligned(points, guess, weight, known, sigma, gate, last_gate):
+def align_points(points, guess, weight, known, sigma, gate, last_gate):
     """The pose (x, y, yaw) of points (k, 2) in the frame of known surfaces, near a guess, and the number of inliers.
 
     Gauss-Newton on the distances to the lines of the nearest known points, with Geman-McClure weights. Where all lines
@@ -158,7 +158,7 @@ def _add_points(h, g, points, pose, known, sigma, gate):
     for i in range(len(points)):
         rx, ry = points[i, 0] * cosine - points[i, 1] * sine, points[i, 0] * sine + points[i, 1] * cosine
         px, py = pose[0] + rx, pose[1] + ry
-        best = _nearest(known, px, py, gate)
+        best = _find_nearest(known, px, py, gate)
         if best < 0 or (known.normal[best, 0] == 0.0 and known.normal[best, 1] == 0.0):
             continue
         nx, ny = known.normal[best]
@@ -174,7 +174,7 @@ def _add_points(h, g, points, pose, known, sigma, gate):
 
 
 @kernel
-def _nearest(known, x, y, gate):
+def _find_nearest(known, x, y, gate):
     """The known point nearest to a place, found by its beam, or -1 if none is within the gate."""
     n, turn, points, wrap = len(known.points), 2.0 * math.pi / known.increment, known.points, known.wrap
     bearing = math.atan2(y, x) - known.angle_min
@@ -222,14 +222,14 @@ class Travel:
     shift: float = 0.0
     turn: float = 0.0
 
-    def extended(self, pose: np.ndarray, drift: float, jump: float) -> "Travel":
+    def extend(self, pose: np.ndarray, drift: float, jump: float) -> "Travel":
         """Return the odometry after a step to another pose, with a declared drift and a jump on the way, m."""
         x, y, yaw = find_pose_in_frame(self.pose, pose)
         way = math.hypot(x, y)
         shift, turn = self.shift + drift * way + jump, self.turn + drift * abs(yaw)
         return Travel(np.array(pose, dtype=float), self.way + way, shift, turn)
 
-    def allows(self, earlier: "Travel", step: Place, slack: np.ndarray) -> bool:
+    def can_have_made(self, earlier: "Travel", step: Place, slack: np.ndarray) -> bool:
         """Return whether the robot may have made a step (x, y, yaw) since an earlier time; `slack` (3,), m and rad."""
         x, y, yaw = find_pose_in_frame(np.array(find_pose_in_frame(earlier.pose, self.pose)), np.array(step))
         turn = self.turn - earlier.turn
@@ -281,12 +281,12 @@ class ScanMap:
     speed: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
     last: int = 0
 
-    def corrected(self, pose: np.ndarray) -> np.ndarray:
+    def correct_pose(self, pose: np.ndarray) -> np.ndarray:
         """A pose (x, y, yaw) in O as one in M, shape (3,)."""
         return compose_poses(self.correction, pose)
 
 
-def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
+def match_scan(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
     """The map with its correction updated by a new scan, and with the scan as a keyframe if it shows a new place.
 
     If no keyframe fits, the odometry is trusted.
@@ -310,17 +310,17 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     # m and rad; 0.0005 without faults
     deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
     predicted_pose = compose_poses(known.correction, odometry)
-    travel = known.travel.extended(odometry, error.drift, jump)
+    travel = known.travel.extend(odometry, error.drift, jump)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
     pose, share, used = predicted_pose, 0.0, known.last
-    near_places = _in_view(known, scan, predicted_pose, unit)
+    near_places = _select_keyframes_in_view(known, scan, predicted_pose, unit)
     for index in dict.fromkeys((*near_places[:2], known.last)):  # the oldest in view are tried before the last one used
         returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN))
         keyframe = known.keyframes[index]
-        found_pose, fits = aligned_pose(
+        found_pose, fits = align_pose(
             keyframe, points, predicted_pose, deviation + (index < known.last) * returning, error
         )
-        if not travel.allows(keyframe.travel, find_pose_in_frame(keyframe.pose, found_pose), returning):
+        if not travel.can_have_made(keyframe.travel, find_pose_in_frame(keyframe.pose, found_pose), returning):
             continue
         if fits > share:
             pose, share, used = found_pose, fits, index
@@ -339,7 +339,7 @@ def matched(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odomet
     return ScanMap(keyframes, places, correction, travel, scan.time, speed, used)
 
 
-def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:
+def _select_keyframes_in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:
     """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first; `unit` is in m."""
     place_distance, beams = scan.polar(known.places, pose)
     near_places = np.flatnonzero(place_distance <= REACH * unit)
@@ -352,7 +352,7 @@ def _in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> 
     return near_places[~is_occluded].tolist()
 
 
-def aligned_pose(
+def align_pose(
     keyframe: Keyframe, points: np.ndarray, predicted: np.ndarray, deviation: np.ndarray, error: OdometryError
 ) -> tuple[np.ndarray, float]:
     """Pose in M at which a scan fits a keyframe best, near the pose predicted by odometry, and its share of inliers.
@@ -360,7 +360,7 @@ def aligned_pose(
     The scan has hits (k, 2) in S; `deviation` (3,) are standard deviations of the prediction, m and rad.
     """
     narrowest = NARROWEST_GATE * error.body
-    pose, inliers = aligned(
+    pose, inliers = align_points(
         points,
         np.array(find_pose_in_frame(keyframe.pose, predicted)),
         1.0 / deviation**2,

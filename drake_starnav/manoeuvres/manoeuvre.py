@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import distance_to_segment, measure_arc_lengths, resample_polyline
+from drake_starnav.geometry.polyline import measure_arc_lengths, measure_segment_distance, resample_polyline
 from drake_starnav.manoeuvres.pose_search import CELL, NEAR_GOAL, REACH, SPACING, search_poses
 from drake_starnav.planning.planner import can_plan, may_stand, plan_step
 from drake_starnav.planning.state import (
@@ -194,7 +194,7 @@ def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> b
     way, needed = np.vstack((pose[:2], path)), context.footprint.radius + context.margin
     ahead = resample_polyline(way, 0.5 * SAME_PLACE * context.footprint.radius)[:3]
     hits = context.surroundings.certified_star.boundary.points
-    return all((distance_to_segment(hits, a, b) > needed).all() for a, b in pairwise(ahead))
+    return all((measure_segment_distance(hits, a, b) > needed).all() for a, b in pairwise(ahead))
 
 
 def count_reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:

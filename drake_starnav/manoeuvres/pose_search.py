@@ -16,7 +16,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, put
 from drake_starnav.geometry.footprint import Body, Footprint
-from drake_starnav.geometry.polyline import distances
+from drake_starnav.geometry.polyline import measure_capsule_distances
 from drake_starnav.robot.limits import wrap_angle
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
@@ -110,7 +110,9 @@ def search_poses(
     turning = motion_primitives[motion_primitives[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
     chords = np.column_stack((bare.ends, none[solid]))
-    clear = distances(np.array(grid[:2]), (SIDE, SIDE), cell, footprint.cover_radius + margin + 2.0 * cell, chords)
+    clear = measure_capsule_distances(
+        np.array(grid[:2]), (SIDE, SIDE), cell, footprint.cover_radius + margin + 2.0 * cell, chords
+    )
     clear[~IN_REACH] = np.nan
     space = Space(surfaces, views, bare, footprint.body, discs, margin, clear, grid)
 

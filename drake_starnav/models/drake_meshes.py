@@ -9,20 +9,20 @@ from pydrake.geometry import Convex, Mesh, ReadObjToTriangleSurfaceMesh, RefineV
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.models import mesh_file
-from drake_starnav.utils.files import no_file
+from drake_starnav.utils.files import explain_missing_file
 
 READABLE = (".obj", ".gltf", ".vtk")
 DENT = 0.01
 """Drake collides with the convex hull of a mesh. Where that differs by more than this, it is no contact to go by, m."""
 
 
-def hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.ndarray]]:
+def compute_hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.ndarray]]:
     """The convex hull of a shape: vertices, shape (n, 3), m, and the indices of each face; errors as of
-    `mesh_triangles`."""
+    `read_shape_triangles`."""
     try:
         hull = shape.GetConvexHull()
     except RuntimeError as error:
-        raise _unreadable(shape, name, str(error)) from error
+        raise _make_unreadable_error(shape, name, str(error)) from error
     data, faces, k = hull.face_data(), [], 0
     while k < len(data):  # count, then that many vertices
         faces.append(np.array(data[k + 1 : k + 1 + data[k]]))
@@ -30,7 +30,7 @@ def hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.ndarray]]:
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]), faces
 
 
-def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
+def read_shape_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
     """The surface of a mesh: vertices, shape (n, 3), m, scaled, and triangles, shape (m, 3).
 
     Args:
@@ -40,29 +40,29 @@ def mesh_triangles(shape: Mesh, name: str) -> tuple[np.ndarray, np.ndarray]:
     Raises:
         StarnavError: the file is missing or broken, or of another kind.
     """
-    readers = {".obj": _obj, ".gltf": _gltf, ".vtk": _vtk}
+    readers = {".obj": _read_obj, ".gltf": _read_gltf, ".vtk": _read_vtk}
     extension = shape.extension().lower()
     if extension not in readers:
-        raise _unreadable(shape, name, f"a {extension} file")
-    if shape.source().is_path() and (why := no_file(Path(shape.source().path()))):
-        raise _unreadable(shape, name, why)
+        raise _make_unreadable_error(shape, name, f"a {extension} file")
+    if shape.source().is_path() and (why := explain_missing_file(Path(shape.source().path()))):
+        raise _make_unreadable_error(shape, name, why)
     try:
         vertices, triangles = readers[extension](shape)
     except (RuntimeError, OSError, StarnavError) as error:
-        raise _unreadable(shape, name, str(error)) from error
+        raise _make_unreadable_error(shape, name, str(error)) from error
     if not len(triangles):
-        raise _unreadable(shape, name, "no triangles")
+        raise _make_unreadable_error(shape, name, "no triangles")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise _unreadable(shape, name, f"a corner that is not among its {len(vertices)} vertices")
+        raise _make_unreadable_error(shape, name, f"a corner that is not among its {len(vertices)} vertices")
     return vertices * shape.scale3(), triangles
 
 
 def is_hollow(shape: Mesh, name: str) -> bool:
-    """Whether some of a mesh's surface lies more than `DENT` inside its convex hull; errors as in `mesh_triangles`."""
-    return mesh_file.depth_in_hull(*mesh_triangles(shape, name)) > DENT
+    """Whether some of a mesh's surface lies more than `DENT` inside its hull; errors as in `read_shape_triangles`."""
+    return mesh_file.compute_depth_in_hull(*read_shape_triangles(shape, name)) > DENT
 
 
-def _obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
+def _read_obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     source = shape.source()
     with contextlib.ExitStack() as stack:
         if source.is_path():
@@ -75,17 +75,17 @@ def _obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mesh.vertices()), np.array(corners)
 
 
-def _gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
+def _read_gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     source = shape.source()
     if source.is_path():
         path = Path(source.path())
-        return mesh_file.mesh_triangles(path.read_bytes(), ".gltf", path.parent)
+        return mesh_file.read_mesh_triangles(path.read_bytes(), ".gltf", path.parent)
     files = source.in_memory().supporting_files.items()
     buffer_files = {uri: Path(f).read_bytes() if isinstance(f, str | Path) else f.contents() for uri, f in files}
-    return mesh_file.mesh_triangles(source.in_memory().mesh_file.contents(), ".gltf", buffer_files)
+    return mesh_file.read_mesh_triangles(source.in_memory().mesh_file.contents(), ".gltf", buffer_files)
 
 
-def _vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
+def _read_vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     # Drake reads the file and writes it in one fixed form: all points, then all cells as "4 a b c d".
     words = RefineVolumeMeshIntoVtkFileContents(shape.source()).split()
     points, cells = words.index("POINTS"), words.index("CELLS")
@@ -97,7 +97,7 @@ def _vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return vertices, sides[first[times == 1]]
 
 
-def _unreadable(shape: Mesh | Convex, name: str, why: str) -> StarnavError:
+def _make_unreadable_error(shape: Mesh | Convex, name: str, why: str) -> StarnavError:
     kinds = ", ".join(READABLE)
     return StarnavError(
         f"lidar: mesh {shape.source().description()} of geometry {name}: {why}; allowed: a readable {kinds} file"

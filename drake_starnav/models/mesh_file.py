@@ -31,7 +31,7 @@ class Surface(NamedTuple):
     color: tuple[float, ...] | None
 
 
-def mesh_triangles(data: bytes, suffix: str, beside: Beside = Path()) -> tuple[np.ndarray, np.ndarray]:
+def read_mesh_triangles(data: bytes, suffix: str, beside: Beside = Path()) -> tuple[np.ndarray, np.ndarray]:
     """The triangles of a file, in metres.
 
     As in Gazebo, `up_axis` of COLLADA is ignored; glTF is turned from y up to z up, as Drake does.
@@ -47,15 +47,15 @@ def mesh_triangles(data: bytes, suffix: str, beside: Beside = Path()) -> tuple[n
     Raises:
         StarnavError: the file is broken or empty; the caller adds its name.
     """
-    mesh = _read(data, suffix, beside).to_mesh()
+    mesh = _read_scene(data, suffix, beside).to_mesh()
     vertices, index = np.unique(mesh.vertices[mesh.faces].reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, index.reshape(-1, 3)
 
 
-def mesh_surfaces(data: bytes, suffix: str, beside: Beside = Path()) -> list[Surface]:
+def read_mesh_surfaces(data: bytes, suffix: str, beside: Beside = Path()) -> list[Surface]:
     """The same triangles, by their colours; of a texture its mean."""
     parts: dict[tuple[float, ...] | None, list[Any]] = {}
-    for mesh in _read(data, suffix, beside).dump():
+    for mesh in _read_scene(data, suffix, beside).dump():
         look, color = mesh.visual, None
         if look.defined:
             look = look.to_color() if look.kind == "texture" else look
@@ -69,12 +69,12 @@ def mesh_surfaces(data: bytes, suffix: str, beside: Beside = Path()) -> list[Sur
     return surfaces
 
 
-def _read(data: bytes, suffix: str, beside: Beside) -> Any:
-    """The scene of a file; errors as of `mesh_triangles`."""
+def _read_scene(data: bytes, suffix: str, beside: Beside) -> Any:
+    """The scene of a file; errors as of `read_mesh_triangles`."""
     import trimesh  # late: only worlds and robots with such meshes need it
 
     if suffix == ".dae":
-        data = COLOR.sub(_readable_color, data)
+        data = COLOR.sub(_make_readable_color, data)
     try:
         if suffix == ".gltf":
             json.loads(data)  # of which trimesh says that another file is missing
@@ -94,7 +94,7 @@ def _read(data: bytes, suffix: str, beside: Beside) -> Any:
     return scene.apply_transform(Y_UP) if suffix in (".gltf", ".glb") else scene
 
 
-def _readable_color(found: re.Match[bytes]) -> bytes:
+def _make_readable_color(found: re.Match[bytes]) -> bytes:
     """Numbers of a look as they are, or white where one is none: a reader would give up the triangles as well."""
     try:
         [float(word) for word in found[3].split()]
@@ -103,7 +103,7 @@ def _readable_color(found: re.Match[bytes]) -> bytes:
         return found[1] + (b"1 1 1 1" if found[2] == b"color" else b"1")
 
 
-def depth_in_hull(vertices: np.ndarray, triangles: np.ndarray) -> float:
+def compute_depth_in_hull(vertices: np.ndarray, triangles: np.ndarray) -> float:
     """How deep inside the convex hull of a mesh the middles of its triangles lie, at most, m; 0 of a flat mesh."""
     try:
         planes = ConvexHull(vertices).equations

@@ -16,10 +16,10 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from drake_starnav.errors import StarnavError, said_by, shown
-from drake_starnav.models.model_folders import FOLDERS, find
-from drake_starnav.models.obj_files import SOLIDS, check_faces, converted, painted, write, write_obj
+from drake_starnav.models.model_folders import FOLDERS, find_file
+from drake_starnav.models.obj_files import SOLIDS, check_faces, convert_mesh, paint_surfaces, write, write_obj
 from drake_starnav.models.xacro_files import expand_macros
-from drake_starnav.utils.files import no_file, read_bytes, reading
+from drake_starnav.utils.files import explain_missing_file, explain_read_errors, read_bytes
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 CONVERTED = (".dae", ".stl")
@@ -62,7 +62,7 @@ class Models:
         self._adapted: dict[Path, tuple[Path, int]] = {}
         self._links = 0
 
-    def said(self, text: str) -> str:
+    def restore_names(self, text: str) -> str:
         """A message of Drake's with the names of the files as they were found."""
         for name, path in self._written.items():
             text = text.replace(name, str(path))
@@ -72,7 +72,7 @@ class Models:
         """Model directives whose files are replaced by what Drake reads; those of Drake's own packages stay."""
 
         def replaced(match: re.Match[str]) -> str:
-            path = find(match[2], folder)
+            path = find_file(match[2], folder)
             return match[0] if path is None else f'{match[1]}"file://{self.model(path)}"'
 
         return re.sub(r"""(\bfile\s*:\s*)["']?([^\s"',}]+)["']?""", replaced, text)
@@ -93,15 +93,15 @@ class Models:
         self._open.append(path)
         links_before = self._links
         try:
-            data = self._bytes(path, "model")
+            data = self._read_bytes(path, "model")
             if path.name.endswith((".dmd.yaml", ".yaml")):
                 text, suffix = self.directives(data.decode("utf-8", "replace"), path.parent), ".dmd.yaml"
             elif path.suffix.lower() in (".sdf", ".world", ".urdf", ".xacro"):
-                root = self._parsed(expanded(data, path, {}, f"model {path}"), path)
+                root = self._parse_model(expand_model_file(data, path, {}, f"model {path}"), path)
                 if root.tag == "robot":
-                    self.urdf(root, path)
+                    self.make_urdf_readable(root, path)
                 else:
-                    self._sdf(root, path)
+                    self._convert_sdf(root, path)
                 text = ElementTree.tostring(root, encoding="unicode")
                 suffix = ".urdf" if root.tag == "robot" else ".sdf"
             else:
@@ -124,7 +124,7 @@ class Models:
                 f"allowed: at most {MOST_LINKS}"
             )
 
-    def urdf(self, root: Element, path: Path) -> None:
+    def make_urdf_readable(self, root: Element, path: Path) -> None:
         """Let all links of a robot collide with shapes that Drake reads, and have no looks that it does not."""
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
         self._keep_readable_looks(root)
@@ -134,7 +134,7 @@ class Models:
                 mesh, bare = visual.find("geometry/mesh"), visual.find("material") is None
                 if mesh is None:
                     continue
-                for copy, uri, color in self._looks(visual, link, mesh.get("filename", ""), path.parent):
+                for copy, uri, color in self._convert_looks(visual, link, mesh.get("filename", ""), path.parent):
                     copy.find("geometry/mesh").set("filename", uri)  # type: ignore[union-attr]
                     if bare and color:
                         SubElement(SubElement(copy, "material", name=f"colour {color}"), "color", rgba=color)
@@ -142,28 +142,30 @@ class Models:
                 mesh = collision.find("geometry/mesh")
                 if mesh is None:
                     continue
-                pieces = self._pieces(mesh.get("filename", ""), path.parent, f"model {path}: link {link.get('name')}")
-                for copy, piece in _shared_out(collision, link, pieces):
+                pieces = self._convert_pieces(
+                    mesh.get("filename", ""), path.parent, f"model {path}: link {link.get('name')}"
+                )
+                for copy, piece in _copy_for_pieces(collision, link, pieces):
                     copy.find("geometry/mesh").set("filename", piece)  # type: ignore[union-attr]
 
     def _keep_readable_looks(self, root: Element) -> None:
         """Give each look a colour that Drake reads, white for any other; drop a look of which a number is none."""
         for color in root.iter("color"):
-            color.set("rgba", self._color(color.get("rgba", ""), (4,)))
+            color.set("rgba", self._read_color(color.get("rgba", ""), (4,)))
         for part in (part for material in root.iter("material") for part in material):
             if part.tag in _KEPT["material"]:
-                part.text = self._color(part.text or "", (3, 4))
+                part.text = self._read_color(part.text or "", (3, 4))
         for link in root.iter("link"):
             for visual in link.findall("visual"):
                 visual_text = " ".join(each.get(key, "") for each in visual.iter() for key in _NUMBERS)
                 visual_text += "".join(f" {each.text or ''}" for each in visual.iter() if each.tag in _NUMBERS)
-                if not all(math.isfinite(_number(word)) for word in visual_text.split()):
+                if not all(math.isfinite(_read_number(word)) for word in visual_text.split()):
                     link.remove(visual)
                     self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
 
-    def _color(self, said: str, counts: tuple[int, ...]) -> str:
+    def _read_color(self, said: str, counts: tuple[int, ...]) -> str:
         """Return a colour as it is said; white for one of another count of numbers, or with others."""
-        if len(said.split()) in counts and all(0.0 <= _number(word) <= 1.0 for word in said.split()):
+        if len(said.split()) in counts and all(0.0 <= _read_number(word) <= 1.0 for word in said.split()):
             return said
         self.unseen.add(f"colour {shown(said)} (allowed: {counts[-1]} numbers from 0 to 1)")
         return "1 1 1 1"
@@ -190,7 +192,7 @@ class Models:
                     if own is not None:  # under a name of its own: one name may have several colours
                         material.set("name", f"{material.get('name', '')} {own.get('rgba')}")
 
-    def _sdf(self, root: Element, path: Path) -> None:
+    def _convert_sdf(self, root: Element, path: Path) -> None:
         if root.tag != "sdf":
             raise StarnavError(f"model {path} begins with <{shown(root.tag)}>; allowed: <sdf> or <robot>")
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
@@ -207,7 +209,7 @@ class Models:
                     element.remove(part)
         for parent in root.iter():
             for include in parent.findall("include"):
-                if _name_in(include).lower().replace(" ", "_") in EVERYWHERE:
+                if _find_included_name(include).lower().replace(" ", "_") in EVERYWHERE:
                     parent.remove(include)
         for world in root.iter("world"):
             self._name_apart(world)
@@ -224,12 +226,12 @@ class Models:
                 mesh, bare = visual.find("geometry/mesh/uri"), visual.find("material") is None
                 if mesh is None:
                     continue
-                for copy, uri, color in self._looks(visual, link, mesh.text or "", path.parent):
+                for copy, uri, color in self._convert_looks(visual, link, mesh.text or "", path.parent):
                     copy.find("geometry/mesh/uri").text = uri  # type: ignore[union-attr]
                     if bare and color:
                         SubElement(SubElement(copy, "material"), "diffuse").text = color
             for collision in link.findall("collision"):
-                self._collision(link, collision, path)
+                self._convert_collision(link, collision, path)
 
     def _name_apart(self, world: Element) -> None:
         """Number the models of a world that have one name, as Gazebo does."""
@@ -239,7 +241,7 @@ class Models:
                 continue
             name = model.get("name") if model.tag == "model" else model.findtext("name")
             if name is None:
-                name = _name_in(model)
+                name = _find_included_name(model)
             number, free = 0, name
             while free in taken_names:
                 number += 1
@@ -254,30 +256,30 @@ class Models:
 
     def _include(self, include: Element, path: Path) -> None:
         uri = include.findtext("uri") or ""
-        found_folder = find(uri, path.parent) or find(f"model://{_name_in(include)}", path.parent)
+        found_folder = find_file(uri, path.parent) or find_file(f"model://{_find_included_name(include)}", path.parent)
         if found_folder is None:
             raise StarnavError(
                 f"model {path}: include {shown(uri.strip())} is not found; allowed: a file, or the name of a folder "
                 f"beside it or in {', '.join(FOLDERS[:4])} or {FOLDERS[4]}"
             )
         if found_folder.is_dir():
-            found_folder = self._of_folder(found_folder)
+            found_folder = self._find_model_file(found_folder)
         include.find("uri").text = f"file://{self.model(found_folder)}"  # type: ignore[union-attr]
         for plugin in include.findall("plugin"):
             include.remove(plugin)
 
-    def _of_folder(self, folder: Path) -> Path:
+    def _find_model_file(self, folder: Path) -> Path:
         """The model file of a folder, that of the highest version if there are several."""
         config, files = folder / "model.config", []
         if config.is_file():
-            root = self._parsed(self._bytes(config, "model"), config)
+            root = self._parse_model(self._read_bytes(config, "model"), config)
             for entry in root.iter("sdf"):
                 version = tuple(int(part) for part in re.findall(r"\d+", entry.get("version", "")))
                 files.append((version, (entry.text or "").strip()))
         name = max(files)[1] if files else "model.sdf"
         return folder / name
 
-    def _collision(self, link: Element, collision: Element, path: Path) -> None:
+    def _convert_collision(self, link: Element, collision: Element, path: Path) -> None:
         geometry = collision.find("geometry")
         place = f"model {path}: collision {collision.get('name')}"
         if geometry is None:
@@ -288,7 +290,7 @@ class Models:
             if shape.tag == "mesh":
                 if shape.find("submesh") is not None:
                     raise StarnavError(f"{place} is a part of a mesh; allowed: a mesh file of its own")
-                pieces = self._pieces(shape.findtext("uri") or "", path.parent, place)
+                pieces = self._convert_pieces(shape.findtext("uri") or "", path.parent, place)
             elif shape.tag in SOLIDS:
                 try:
                     meshes = SOLIDS[shape.tag](shape)
@@ -302,59 +304,61 @@ class Models:
             else:
                 solids = "box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane or mesh"
                 raise StarnavError(f"{place} is a {shape.tag}; allowed: {solids}")
-            for copy, piece in _shared_out(collision, link, pieces):
+            for copy, piece in _copy_for_pieces(collision, link, pieces):
                 copy.find("geometry/mesh/uri").text = piece  # type: ignore[union-attr]
 
-    def _pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
+    def _convert_pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""
-        path = find(uri, folder)
-        why = no_file(path)
+        path = find_file(uri, folder)
+        why = explain_missing_file(path)
         if path is None or why:
             raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {why}; allowed: a mesh file")
         suffix = path.suffix.lower()
         if suffix not in (*CONVERTED, ".obj"):
             return [path.resolve()]
-        data = self._bytes(path, "mesh")
+        data = self._read_bytes(path, "mesh")
         try:
             if suffix == ".obj":
                 check_faces(data)
                 return [path.resolve()]
-            return list(converted(data, suffix))
+            return list(convert_mesh(data, suffix))
         except StarnavError as error:
             raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
 
-    def _looks(self, visual: Element, link: Element, uri: str, folder: Path) -> Iterator[tuple[Element, str, str]]:
+    def _convert_looks(
+        self, visual: Element, link: Element, uri: str, folder: Path
+    ) -> Iterator[tuple[Element, str, str]]:
         """A visual element of the link for each surface of a mesh file, the surface's URI, and the colour that the file
         gives it, if any, as four numbers; without one that can be shown the element is removed."""
-        path = find(uri, folder)
+        path = find_file(uri, folder)
         parts: tuple[tuple[Path, tuple[float, ...] | None], ...] = ()
-        suffix, why = "" if path is None else path.suffix.lower(), no_file(path)
+        suffix, why = "" if path is None else path.suffix.lower(), explain_missing_file(path)
         if path is not None and not why and suffix in SHOWN_BY_DRAKE:
             parts = ((path.resolve(), None),)
         elif path is not None and not why and suffix in PAINTED:
             try:
-                parts = painted(self._bytes(path, "mesh"), suffix, path.parent)
+                parts = paint_surfaces(self._read_bytes(path, "mesh"), suffix, path.parent)
             except StarnavError as error:
                 why = str(error)
         if not parts:
             link.remove(visual)
             self.unseen.add(f"{uri.strip()} ({why or 'no surface that can be shown'})")
-        copies = list(_shared_out(visual, link, [part for part, _ in parts]))
+        copies = list(_copy_for_pieces(visual, link, [part for part, _ in parts]))
         for (copy, name), (_, color) in zip(copies, parts, strict=True):
             yield copy, name, " ".join(f"{c:g}" for c in color or ())
 
-    def _bytes(self, path: Path, what: str) -> bytes:
+    def _read_bytes(self, path: Path, what: str) -> bytes:
         return read_bytes(path, f"{what} {path}", "a file")
 
-    def _parsed(self, data: bytes, path: Path) -> Element:
-        with reading(f"model {path}", "XML"):
-            root = parsed_xml(data)
+    def _parse_model(self, data: bytes, path: Path) -> Element:
+        with explain_read_errors(f"model {path}", "XML"):
+            root = parse_xml(data)
         self._keep_readable_looks(root)
         check_lengths(root, f"model {path}")
         return root
 
 
-def expanded(data: bytes, path: Path, arguments: Mapping[str, Any], place: str) -> bytes:
+def expand_model_file(data: bytes, path: Path, arguments: Mapping[str, Any], place: str) -> bytes:
     """The content of a model file, with its macros of xacro expanded if it has any; errors as of `expand_macros`."""
     if HAS_MACROS.search(re.sub(rb"<!--.*?-->", b"", data, flags=re.DOTALL)):
         return expand_macros(path, arguments, place)
@@ -365,7 +369,7 @@ def expanded(data: bytes, path: Path, arguments: Mapping[str, Any], place: str) 
     return data
 
 
-def parsed_xml(data: bytes) -> Element:
+def parse_xml(data: bytes) -> Element:
     """The root of an XML file, which need not declare the prefix `drake`: Drake takes it as it is."""
     ElementTree.register_namespace("drake", DRAKE_NAMESPACE)  # Drake reads the prefix, not the namespace
     if b"<xacro:" in re.sub(rb"<!--.*?-->", b"", data, flags=re.DOTALL):
@@ -380,13 +384,13 @@ def check_lengths(root: Element, place: str) -> None:
     for part in root.iter():
         for element in part.iter() if part.tag in ("pose", "origin", "geometry") else ():
             for word in " ".join((element.text or "", *element.attrib.values())).split():
-                if not _length(word) <= LARGEST_LENGTH:
+                if not _read_length(word) <= LARGEST_LENGTH:
                     raise StarnavError(
                         f"{place} has {shown(word)} in <{part.tag}>; allowed: at most {LARGEST_LENGTH:g} m"
                     )
 
 
-def _length(word: str) -> float:
+def _read_length(word: str) -> float:
     """Return the size of a number; 0 of other words."""
     try:
         return abs(float(word))
@@ -394,7 +398,7 @@ def _length(word: str) -> float:
         return 0.0
 
 
-def _number(word: str) -> float:
+def _read_number(word: str) -> float:
     """Return a number; NaN of other words."""
     try:
         return float(word)
@@ -402,11 +406,11 @@ def _number(word: str) -> float:
         return math.nan
 
 
-def _name_in(include: Element) -> str:
+def _find_included_name(include: Element) -> str:
     return (include.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2]
 
 
-def _shared_out(element: Element, link: Element, pieces: Iterable[Path]) -> Iterator[tuple[Element, str]]:
+def _copy_for_pieces(element: Element, link: Element, pieces: Iterable[Path]) -> Iterator[tuple[Element, str]]:
     """An element of the link for each piece of its mesh, and the piece's URI; all but the first are copies."""
     for k, piece in enumerate(pieces):
         copy = element

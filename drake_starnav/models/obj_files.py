@@ -16,18 +16,18 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.models.mesh_file import mesh_surfaces, mesh_triangles
-from drake_starnav.worlds.convex_parts import convex_parts
-from drake_starnav.worlds.footprints import cylinder_vertices
+from drake_starnav.models.mesh_file import read_mesh_surfaces, read_mesh_triangles
+from drake_starnav.worlds.convex_parts import split_into_convex_parts
+from drake_starnav.worlds.footprints import make_cylinder_vertices
 
 MOST_PIECES = 200
 """A mesh of more connected pieces stays one."""
 
 
 @functools.lru_cache(maxsize=1000)
-def converted(data: bytes, suffix: str) -> tuple[Path, ...]:
+def convert_mesh(data: bytes, suffix: str) -> tuple[Path, ...]:
     """The connected pieces of a mesh as OBJ files."""
-    vertices, triangles = mesh_triangles(data, suffix)
+    vertices, triangles = read_mesh_triangles(data, suffix)
     edges = np.vstack((triangles[:, :2], triangles[:, 1:]))
     graph = coo_array((np.ones(len(edges)), edges.T), (len(vertices), len(vertices)))
     count, label = connected_components(graph, directed=False)
@@ -37,32 +37,32 @@ def converted(data: bytes, suffix: str) -> tuple[Path, ...]:
 
 
 @functools.lru_cache(maxsize=1000)
-def painted(data: bytes, suffix: str, folder: Path) -> tuple[tuple[Path, tuple[float, ...] | None], ...]:
+def paint_surfaces(data: bytes, suffix: str, folder: Path) -> tuple[tuple[Path, tuple[float, ...] | None], ...]:
     """The surfaces of a mesh as OBJ files with their colours; `folder` has the files that it names."""
-    surfaces = mesh_surfaces(data, suffix, folder)
+    surfaces = read_mesh_surfaces(data, suffix, folder)
     return tuple((write_obj(surface.vertices, surface.triangles), surface.color) for surface in surfaces)
 
 
-def _cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
+def _make_cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     radius, length = (float(shape.findtext(name, "nan")) for name in ("radius", "length"))
     if not (0.0 < radius < math.inf and 0.0 < length < math.inf):
         raise ValueError(f"radius {radius:g}, length {length:g}")
-    rim, _ = np.split(cylinder_vertices(radius, length), 2)
+    rim, _ = np.split(make_cylinder_vertices(radius, length), 2)
     corners = np.arange(len(rim))
     sides = np.column_stack((corners, np.roll(corners, -1), np.full(len(rim), len(rim))))
-    return [(np.vstack((rim, (0.0, 0.0, 0.5 * length))), np.vstack((sides, _fan(corners[::-1]))))]
+    return [(np.vstack((rim, (0.0, 0.0, 0.5 * length))), np.vstack((sides, _make_fan(corners[::-1]))))]
 
 
-def _polyline(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
+def _make_polyline_prisms(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     """Prisms over the convex parts of an outline."""
     height = float(shape.findtext("height", "1"))
     if not 0.0 < height < math.inf:
         raise ValueError(f"height {height:g}")
     outline = np.array([[float(x) for x in (point.text or "").split()] for point in shape.iter("point")])
-    return [prism(part, 0.0, height) for part in convex_parts(outline)]
+    return [make_prism(part, 0.0, height) for part in split_into_convex_parts(outline)]
 
 
-def _plane(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
+def _make_plane_slab(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     """A slab with the plane as its upper face, 1 m thick, that reaches 100 m to each side of the origin."""
     normal = np.array([float(x) for x in shape.findtext("normal", "0 0 1").split()])
     if normal.shape != (3,) or not 0.0 < np.linalg.norm(normal) < math.inf:
@@ -70,29 +70,29 @@ def _plane(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     across = np.linalg.svd(normal[None])[2][1:]
     axes = np.vstack((across, np.cross(*across)))  # the last is the normal or its opposite
     axes[1:] *= math.copysign(1.0, float(axes[2] @ normal))
-    vertices, triangles = prism(100.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), -1.0, 0.0)
+    vertices, triangles = make_prism(100.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), -1.0, 0.0)
     return [(vertices @ axes, triangles)]
 
 
-def prism(outline: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+def make_prism(outline: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and triangles of the upright prism over a convex outline, between two heights."""
     n = len(outline)
     vertices = np.vstack([np.column_stack((outline, np.full(n, z))) for z in (low, high)])
     k, following = np.arange(n), np.roll(np.arange(n), -1)
     sides = np.vstack((np.column_stack((k, following, following + n)), np.column_stack((k, following + n, k + n))))
-    return vertices, np.vstack((sides, _fan(k[::-1]), _fan(k + n)))
+    return vertices, np.vstack((sides, _make_fan(k[::-1]), _make_fan(k + n)))
 
 
 SOLIDS: dict[str, Callable[[Element], list[tuple[np.ndarray, np.ndarray]]]] = {
-    "cone": _cone,
-    "plane": _plane,
-    "polyline": _polyline,
+    "cone": _make_cone,
+    "plane": _make_plane_slab,
+    "polyline": _make_polyline_prisms,
 }
 """Makes the meshes, vertices (n, 3) and triangles (m, 3), of elements of SDF that Drake leaves out or that crash it: a
 half space among twenty shapes does."""
 
 
-def _fan(corners: np.ndarray) -> np.ndarray:
+def _make_fan(corners: np.ndarray) -> np.ndarray:
     return np.column_stack((np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]))
 
 
@@ -113,10 +113,10 @@ def check_faces(data: bytes) -> None:
 
 def write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:
     used, index = np.unique(triangles, return_inverse=True)
-    return write(obj_text(vertices[used], index.reshape(-1, 3)).encode(), ".obj")
+    return write(format_obj(vertices[used], index.reshape(-1, 3)).encode(), ".obj")
 
 
-def obj_text(vertices: np.ndarray, triangles: np.ndarray) -> str:
+def format_obj(vertices: np.ndarray, triangles: np.ndarray) -> str:
     """The content of an OBJ file of that mesh, vertices (n, 3) and triangles (m, 3)."""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
@@ -124,7 +124,7 @@ def obj_text(vertices: np.ndarray, triangles: np.ndarray) -> str:
 
 
 @functools.cache
-def _folder() -> Path:
+def _make_folder() -> Path:
     """Where converted files lie until the process ends: Drake reads meshes when it comes to them."""
     folder, owner = tempfile.mkdtemp(prefix="drake_starnav_"), os.getpid()
 
@@ -138,7 +138,7 @@ def _folder() -> Path:
 
 def write(data: bytes, suffix: str) -> Path:
     """A file of that content, which has it already if it was written before."""
-    path = _folder() / f"{hashlib.sha256(data).hexdigest()[:20]}{suffix}"
+    path = _make_folder() / f"{hashlib.sha256(data).hexdigest()[:20]}{suffix}"
     if not path.exists():
         path.write_bytes(data)
     return path

@@ -16,7 +16,9 @@ REPLACED = re.compile(r"inertia", re.IGNORECASE)
 
 
 @contextmanager
-def parsing(place: str, allowed: str = "what Drake's parser reads", said: Callable[[str], str] = str) -> Iterator[None]:
+def refuse_parser_warnings(
+    place: str, allowed: str = "what Drake's parser reads", said: Callable[[str], str] = str
+) -> Iterator[None]:
     """Refuse what Drake's parser does, and shapes that it skips; warn of inertias that it replaces.
 
     `place` names the file, `allowed` says what can be read, and `said` how a message of the parser is told.

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_starnav.errors import StarnavError, said_by
-from drake_starnav.models.model_folders import find
+from drake_starnav.models.model_folders import find_file
 from drake_starnav.parameters import unknown_name
 
 MOST_MEMORY, MOST_TIME = 400_000_000, 5
@@ -39,7 +39,7 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
     package = str(Path(__file__).parents[2])
     run = subprocess.run(
         [sys.executable, "-c", f"from {__name__} import _answer; _answer()"],
-        input=json.dumps([str(path), {name: _as_text(value) for name, value in arguments.items()}]).encode(),
+        input=json.dumps([str(path), {name: _format_value(value) for name, value in arguments.items()}]).encode(),
         capture_output=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))},
     )
@@ -59,7 +59,7 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
     return str(answer["text"]).encode()
 
 
-def _as_text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -79,7 +79,7 @@ class _Arguments(dict[str, str]):
         return super().__getitem__(name)
 
 
-def _answer() -> None:
+def _answer_process() -> None:
     """Expand the file that standard input names, within the bounds; the answer goes to standard output."""
     import resource
 
@@ -103,7 +103,7 @@ def _expand(path: Path, arguments: dict[str, str]) -> dict[str, Any]:
 
     def find_package(name: str) -> str:
         """Where it lies; else a pattern without a match: only what is used of the package is missed."""
-        folder = find(f"package://{name}", path.resolve().parent)
+        folder = find_file(f"package://{name}", path.resolve().parent)
         if folder is None and name not in missing:
             missing.append(name)
         return str(folder or f"/no_package_{name}*")

@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, put
-from drake_starnav.geometry.footprint import find_top_speed, gap_to_disc
+from drake_starnav.geometry.footprint import find_top_speed, measure_gap_to_disc
 from drake_starnav.moving.kalman_tracks import Tracks
 from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.moving.tracker import TrackedObstacles
@@ -147,7 +147,7 @@ def _measure_clearance(sample, moving, time, body):
     least, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
     for disc in moving.discs:
         x, y = disc[X] + disc[VX] * time, disc[Y] + disc[VY] * time
-        least = gap_to_disc(frame, body, x, y, disc[RADIUS] + disc[GROWTH] * time, least)
+        least = measure_gap_to_disc(frame, body, x, y, disc[RADIUS] + disc[GROWTH] * time, least)
     return least - moving.distance
 
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import point_to_segment_squared, third_side
+from drake_starnav.geometry.polyline import compute_third_side, square_segment_distance
 from drake_starnav.lidar.laser_scan import LOST, LaserScan
 
 CONNECTED = 0.15
@@ -71,7 +71,9 @@ def find_continuing(distance, is_hit, cosine, is_full_circle):
     for k in range(0 if is_full_circle else 1, n):
         a, b = distance[k - 1], distance[k]
         if is_hit[k] and is_hit[k - 1]:
-            continues_surface[k] = third_side(a, b, cosine[k]) <= max(CONNECTED, CONNECTED_PER_RANGE * min(a, b))
+            continues_surface[k] = compute_third_side(a, b, cosine[k]) <= max(
+                CONNECTED, CONNECTED_PER_RANGE * min(a, b)
+            )
     return continues_surface
 
 
@@ -112,7 +114,7 @@ def find_runs(is_chosen, continues_surface):
 def measure_chord(distance, increment, first, count):
     """Distance between the first and the last hit of a run of beams, m."""
     last_beam = (first + count - 1) % len(distance)
-    return third_side(distance[first], distance[last_beam], math.cos((count - 1) * increment))
+    return compute_third_side(distance[first], distance[last_beam], math.cos((count - 1) * increment))
 
 
 @kernel
@@ -143,7 +145,7 @@ def _corners(points, tolerance):
         first, last = waiting[depth]
         (ax, ay), (bx, by), farthest, corner = points[first], points[last], tolerance * tolerance, -1
         for k in range(first + 1, last):
-            away = point_to_segment_squared(points[k, 0], points[k, 1], ax, ay, bx, by)
+            away = square_segment_distance(points[k, 0], points[k, 1], ax, ay, bx, by)
             if away > farthest:
                 farthest, corner = away, k
         if corner >= 0:

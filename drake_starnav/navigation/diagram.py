@@ -5,8 +5,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_starnav.navigation.parts import AS_DECLARED, Parts
 from drake_starnav.navigation.wiring import add_navigation
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.navigation_station import station_outputs
-from drake_starnav.station.plant import scenario_simulator_config
+from drake_starnav.station.navigation_station import list_station_outputs
+from drake_starnav.station.plant import make_simulator_config
 from drake_starnav.systems.connecting import outputs
 
 
@@ -21,7 +21,7 @@ class NavigationDiagram(Diagram):
     def __init__(self, scenario: Scenario, parts: Parts, seed: int) -> None:
         """Build it; the arguments are those of `make_diagram`."""
         super().__init__()
-        scenario_simulator_config(scenario.simulator_config)  # refused before it is used
+        make_simulator_config(scenario.simulator_config)  # refused before it is used
         self.simulator_config = scenario.simulator_config
         builder = DiagramBuilder()
         self.navigation = add_navigation(builder, scenario, parts, seed)
@@ -30,7 +30,7 @@ class NavigationDiagram(Diagram):
             for port_name, port in ({} if system is None else outputs(system)).items():
                 builder.ExportOutput(port, f"{name}.{port_name}")
         station = self.navigation.station
-        for name in station_outputs(len(station.mounts)):
+        for name in list_station_outputs(len(station.mounts)):
             builder.ExportOutput(station.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name(scenario.name)

@@ -11,7 +11,7 @@ from drake_starnav.control import follow_guidance
 from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.navigation.parts import Parts, function_of
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.robot_interface import delay_steps
+from drake_starnav.station.robot_interface import count_delay_steps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
@@ -60,7 +60,7 @@ class LoopConfig(NamedTuple):
     def state_lead(self) -> float:
         """How late commands take effect, and so how far in the future a controller's state lies, s."""
         time_step = self.scenario.simulation.time_step
-        return delay_steps(self.scenario.drive, time_step) * time_step
+        return count_delay_steps(self.scenario.drive, time_step) * time_step
 
 
 class Method(NamedTuple):

@@ -14,7 +14,7 @@ from drake_starnav.parameters import unknown_name
 from drake_starnav.planning.state import PlanStep
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.scenario.shipped import own_method
+from drake_starnav.scenario.shipped import import_own_method
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.surroundings.perception import Perceive
 from drake_starnav.systems.connecting import output_port, outputs
@@ -70,7 +70,7 @@ class Parts:
 
     def of_method(self, scenario: Scenario) -> "Parts":
         """These parts, completed by those of the scenario's method where it is one of the user's; see `METHODS`."""
-        make = own_method(scenario.method)
+        make = import_own_method(scenario.method)
         if make is None:
             return self
         made_parts = make(scenario)

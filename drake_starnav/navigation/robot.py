@@ -11,7 +11,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.robot_interface import RobotInterface
-from drake_starnav.station.world_geometry import obstacle_height
+from drake_starnav.station.world_geometry import find_obstacle_height
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.world import World
@@ -77,7 +77,7 @@ def body_top(scenario: Scenario) -> float:
 
 def obstacle_top(scenario: Scenario) -> float:
     """Height of prisms, cylinders and walls in a plant with a robot, m."""
-    return _by_model(scenario, lambda robot: obstacle_height(robot.plant, robot.scene_graph))
+    return _by_model(scenario, lambda robot: find_obstacle_height(robot.plant, robot.scene_graph))
 
 
 def _by_model(scenario: Scenario, asked: Callable[[RobotInterface], Asked]) -> Asked:

@@ -4,7 +4,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantValueSource
 
-from drake_starnav.baselines.known_obstacles import known_obstacles
+from drake_starnav.baselines.known_obstacles import make_known_obstacles
 from drake_starnav.errors import UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.navigation.methods import LoopConfig
@@ -79,7 +79,7 @@ def _find_baseline_sources(
                 f"controller.kind {kind} in world {world.name}, which has {what}; "
                 "allowed: a world of cylinders and spheres, whose obstacles it can know as circles"
             )
-        known_discs = known_obstacles(world.discs, world.bounds, scenario.robot.radius + baseline.margin)
+        known_discs = make_known_obstacles(world.discs, world.bounds, scenario.robot.radius + baseline.margin)
         source = builder.AddNamedSystem("known_obstacles", ConstantValueSource(Value(known_discs)))
         sources["obstacles"] = source.get_output_port()
     return sources

@@ -14,7 +14,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.navigation.methods import BY_KIND, SHIELDED
 from drake_starnav.navigation.robot import DECLARED, Robot
 from drake_starnav.robot import Limits, RobotParameters
-from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.margins import AVERAGED_NOISE, derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface
@@ -133,7 +133,7 @@ def check_and_derive_margins(
     reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
     blank = [LaserScan(0.0, ranges=np.full(lidar.beams, np.inf), **lidar.scan_fields) for lidar in lidars]
     for lidar, mount in zip(lidars, mounts, strict=True):
-        budget = error_budget(scenario, mount, lidar).symbols
+        budget = evaluate_error_budget(scenario, mount, lidar).symbols
         _check_beams(scenario, lidar, budget["D"])
         if lidar.range_max <= reach + mount.offset:
             raise StarnavError(

@@ -17,11 +17,11 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.lidar.outlier_filter import HitHistory
 from drake_starnav.paper import choices, pid
-from drake_starnav.paper.blend import combined_vector, nearest_hit, smoothed_distances
-from drake_starnav.paper.modulation import guiding_vector, modulated_vector
+from drake_starnav.paper.blend import combine_vectors, find_nearest_hit, smooth_distances
+from drake_starnav.paper.modulation import guiding_vector, modulate_vector
 from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap, is_feasible, is_near
-from drake_starnav.paper.short_term_goal import shortest_sequence
-from drake_starnav.paper.star_region import traversable_region
+from drake_starnav.paper.short_term_goal import find_shortest_sequence
+from drake_starnav.paper.star_region import make_traversable_region
 from drake_starnav.planning.state import PlannerInput, PlannerState, PlannerStatus, Route
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import convert_to_twist
@@ -46,7 +46,7 @@ def perceive(
     if tuple(settings.mounts) != (ON_AXIS,):
         raise StarnavError(f"the paper's method with {len(scans)} lidars or one off the axis; allowed: one on the axis")
     (scan,) = scans
-    region, smoothed = traversable_region(scan, pose, settings.footprint.cover_radius), smoothed_distances(scan)
+    region, smoothed = make_traversable_region(scan, pose, settings.footprint.cover_radius), smooth_distances(scan)
     points = scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose)
     surroundings = replace_fields(
         Surroundings.unknown(),
@@ -66,21 +66,21 @@ def plan(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     observation, p, p_goal = inputs.observation, inputs.position, inputs.goal
     if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
-    now = noted_progress(PaperState.of(state), inputs)  # line 9
+    now = note_progress(PaperState.of(state), inputs)  # line 9
     while True:  # line 10; that p reaches p_goal ends the drive
         arrived = len(now.route.path) > 0 and is_near(p, now.route.path[0], choices.ARRIVAL)  # p = p_sg
         visited = np.flatnonzero([arrived and np.array_equal(c, now.route.path[0]) for c in now.roadmap.union.center])
         if len(visited):  # "each time the robot reaches an unvisited node": this one was
             now = dataclasses.replace(now, node=int(visited[0]))
-        elif not len(now.roadmap) or (arrived and not at_goal(now)) or now.update:  # line 11
+        elif not len(now.roadmap) or (arrived and not is_at_goal(now)) or now.update:  # line 11
             now = delete_point(now, now.route.path[0]) if arrived else now  # it becomes the node
             now = generate_roadmap(now, observation)  # line 12
-        places, reaches_goal = shortest_sequence(now, p, p_goal)  # line 13
-        now = with_path(now, places, reaches_goal)
+        places, reaches_goal = find_shortest_sequence(now, p, p_goal)  # line 13
+        now = replace_path(now, places, reaches_goal)
         if not len(places) or is_feasible(now, observation, inputs.time):  # lines 14, 15 and 18
             return now
         now = delete_point(now, places[0])  # line 16
-        now = noted_progress(
+        now = note_progress(
             dataclasses.replace(now, route=Route(places[:0]), update=True), inputs, anew=True
         )  # lines 17, 19
 
@@ -91,10 +91,10 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     if not len(guidance.path):
         return STOP
     guide = guiding_vector(p, guidance.path[0])  # Eq. (7)
-    vector = modulated_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
-    nearest, clearance = nearest_hit(p, inputs.surroundings.recent_hits.hits.points, robot.radius), math.inf
+    vector = modulate_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
+    nearest, clearance = find_nearest_hit(p, inputs.surroundings.recent_hits.hits.points, robot.radius), math.inf
     if nearest is not None:
-        vector, clearance = combined_vector(vector, guide, nearest), nearest.clearance  # line 21, Eq. (15)
+        vector, clearance = combine_vectors(vector, guide, nearest), nearest.clearance  # line 21, Eq. (15)
     length = float(np.hypot(*vector))
     if length == 0.0:
         return STOP
@@ -102,7 +102,7 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     return Proposal(convert_to_twist(u, robot.drive), vector / length)
 
 
-def noted_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) -> PaperState:
+def note_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) -> PaperState:
     """Return the state that remembers where and when the robot last moved by `STUCK_DISTANCE`; or begins `anew`."""
     if not anew and is_near(inputs.position, state.progress.position, choices.STUCK_DISTANCE):
         return state
@@ -110,12 +110,12 @@ def noted_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) 
     return dataclasses.replace(state, progress=progress)
 
 
-def at_goal(state: PaperState) -> bool:
+def is_at_goal(state: PaperState) -> bool:
     """Whether the short-term goal is the goal itself."""
     return state.status is PlannerStatus.APPROACHING and len(state.route.path) == 1
 
 
-def with_path(state: PaperState, places: np.ndarray, reaches_goal: bool) -> PaperState:
+def replace_path(state: PaperState, places: np.ndarray, reaches_goal: bool) -> PaperState:
     """Return the state with a new path; without one the goal is unreachable."""
     status = PlannerStatus.APPROACHING if reaches_goal else PlannerStatus.EXPLORING
     changed = not np.array_equal(places[:1], state.route.path[:1])

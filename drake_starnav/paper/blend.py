@@ -22,12 +22,12 @@ class Nearest(NamedTuple):
     clearance: float
 
 
-def smoothed_distances(scan: LaserScan) -> np.ndarray:
+def smooth_distances(scan: LaserScan) -> np.ndarray:
     """Return the median of the distances of NEAREST_BEAMS neighbouring beams, shape (n,), m, in which p_n is sought."""
     return median_filter(scan.distances, int(choices.NEAREST_BEAMS), mode="wrap" if scan.full_circle else "nearest")
 
 
-def nearest_hit(position: np.ndarray, hits: np.ndarray, radius: float) -> Nearest | None:
+def find_nearest_hit(position: np.ndarray, hits: np.ndarray, radius: float) -> Nearest | None:
     """Return p_n of hits, shape (n, 2), for a robot of this radius, m; None without any."""
     if not len(hits):
         return None
@@ -37,27 +37,27 @@ def nearest_hit(position: np.ndarray, hits: np.ndarray, radius: float) -> Neares
     return Nearest(offset[n] / max(distances[n], 1e-9), float(distances[n]) - radius)
 
 
-def combined_vector(vector: np.ndarray, guide: np.ndarray, nearest: Nearest) -> np.ndarray:
+def combine_vectors(vector: np.ndarray, guide: np.ndarray, nearest: Nearest) -> np.ndarray:
     """Eq. (15): p* = (1 - a) p~* + a p~_n*,  a = min(rho / (|p - p_n| - r), 1); shape (2,), W, m.
 
     Corrected: a is 1 inside the radius r, where the printed one is negative. p~_n* is not defined, see
-    `nearest_vector`. Arguments: p~* of `modulated_vector`, p~ of `guiding_vector`, p_n.
+    `nearest_vector`. Arguments: p~* of `modulate_vector`, p~ of `guiding_vector`, p_n.
     """
-    share = blend_share(nearest.clearance)
+    share = compute_blend_share(nearest.clearance)
     return (1.0 - share) * vector + share * nearest_vector(nearest, vector, guide)
 
 
-def blend_share(clearance: float) -> float:
+def compute_blend_share(clearance: float) -> float:
     """Return a of Eq. (15) at |p - p_n| - r, m."""
     return 1.0 if clearance <= choices.RHO else choices.RHO / clearance
 
 
-def vector_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
+def compute_vector_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
     """p~_n*, first reading: away from p_n, as long as p~*."""
     return float(np.hypot(*vector)) * nearest.away
 
 
-def vector_along(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
+def compute_vector_along(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
     """p~_n*, second reading: the direction of M(p_n) p~ if r is the normal at p_n: Gamma is 1 and lambda_r 0 there.
 
     The boundary's normal at the nearest hit is p - p_n. As long as p~*.
@@ -66,14 +66,16 @@ def vector_along(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.
     return float(np.hypot(*vector)) * along / max(float(np.hypot(*along)), 1e-9)
 
 
-def vector_along_and_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
+def compute_vector_along_and_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:
     """p~_n*, third reading: the second with a push away from p_n, as in the authors' code.
 
     Below rho of clearance the second fades, so that nothing leads on where the robot does not fit through.
     """
     share = min(max(nearest.clearance / choices.RHO, 0.0), 1.0)
-    return share * vector_along(nearest, vector, guide) + choices.PUSH * vector_away(nearest, vector, guide)
+    return share * compute_vector_along(nearest, vector, guide) + choices.PUSH * compute_vector_away(
+        nearest, vector, guide
+    )
 
 
-nearest_vector: Callable[[Nearest, np.ndarray, np.ndarray], np.ndarray] = vector_along_and_away
+nearest_vector: Callable[[Nearest, np.ndarray, np.ndarray], np.ndarray] = compute_vector_along_and_away
 """The reading of p~_n* that is used; see `choices.NEAREST_VECTOR`."""

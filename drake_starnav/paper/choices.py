@@ -60,9 +60,9 @@ MIN_SAMPLES = _choose(
     "MIN_SAMPLES", 3, "min_samples of DBSCAN", "nothing", "noise is no cluster", "the authors' code: 2"
 )
 FRONTIER_BEARING = _choose(
-    "FRONTIER_BEARING", "mean_bearing", "theta_f of a frontier point",
+    "FRONTIER_BEARING", "compute_mean_bearing", "theta_f of a frontier point",
     "Eq. (5): the mean of two bearings; its text: that of their midpoint",
-    "the equation is what is printed", "`midpoint_bearing`: 4 of 4, 65 s",
+    "the equation is what is printed", "`compute_midpoint_bearing`: 4 of 4, 65 s",
 )  # fmt: skip
 FRONTIER_DISTANCE = _choose(
     "FRONTIER_DISTANCE", "the midpoint's", "distance of a frontier point from p_ref",
@@ -96,7 +96,7 @@ STUCK_DISTANCE = _choose(
 )  # fmt: skip
 STUCK_TIME = _choose("STUCK_TIME", 5.0, "in this time, s", "the same", "as above", "10: 2 of 4, 66 s")
 SEARCH_END = _choose(
-    "SEARCH_END", "shortest_sequence", "where Eq. (6) ends while p_goal is no node", "p_f,M = p_goal",
+    "SEARCH_END", "find_shortest_sequence", "where Eq. (6) ends while p_goal is no node", "p_f,M = p_goal",
     "least path and straight line on to the goal", "the authors' code: the frontier point nearest to the goal",
 )  # fmt: skip
 SIGMA = _choose("SIGMA", 2.0, "sigma of Gamma", '"predefined"', "the authors' code")
@@ -111,20 +111,21 @@ NEAREST_BEAMS = _choose(
     "1, raw hits: 3 of 4, 108 s",
 )  # fmt: skip
 NEAREST_VECTOR = _choose(
-    "NEAREST_VECTOR", "vector_along_and_away", "p~_n* of Eq. (15)", "not defined",
-    "the authors' code; where p_n changes sides in a gap it turns by a quarter, where `vector_away` turns about; "
-    "the share along fades below rho of clearance, without which it leads into gaps that are too narrow",
-    "`vector_away`: 4 of 4, 99 s; `vector_along`, by the notation: 2 of 4, 109 s, the others by contact",
+    "NEAREST_VECTOR", "compute_vector_along_and_away", "p~_n* of Eq. (15)", "not defined",
+    "the authors' code; where p_n changes sides in a gap it turns by a quarter, where `compute_vector_away` turns "
+    "about; the share along fades below rho of clearance, without which it leads into gaps that are too narrow",
+    "`compute_vector_away`: 4 of 4, 99 s; `compute_vector_along`, by the notation: 2 of 4, 109 s, the others by "
+    "contact",
 )  # fmt: skip
 PUSH = _choose(
-    "PUSH", 1.0, "share of the vector away in `vector_along_and_away`", "nothing",
+    "PUSH", 1.0, "share of the vector away in `compute_vector_along_and_away`", "nothing",
     "the authors' code: 1.5 - 2 |p - p_n|, near r 1.1", "0.5: 3 of 4, 53 s",
 )  # fmt: skip
 FOLLOW_VECTOR = _choose(
     "FOLLOW_VECTOR", "turn_towards", "the low-level controller", "\"a PID controller\", no gains",
     "it turns before it drives, and can stop within its clearance: p~_n* turns at once where p_n changes sides, and "
     "the robot, which can not, would reach the other side before it has turned",
-    "at a constant speed: 1 of 4, `authors_pid`: 1 of 4, the others by contact",
+    "at a constant speed: 1 of 4, `follow_authors_pid`: 1 of 4, the others by contact",
 )  # fmt: skip
 SPEED = _choose(
     "SPEED", 1.0 / 3.0, "largest speed of `turn_towards`, m/s", "0.4 m/s on average, in the room",

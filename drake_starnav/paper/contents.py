@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 ROOM = "drake_starnav.paper"
+MODULATION = f"{ROOM}.modulation"
 
 
 class Entry(NamedTuple):
@@ -26,41 +27,43 @@ class Entry(NamedTuple):
 PRINTED, UNUSED = "as printed", "not used"
 ENTRIES = (
     Entry("(1)", "free space W = G without the obstacles", "drake_starnav.worlds:World", PRINTED, PRINTED),
-    Entry("(2)", "polar coordinates", f"{ROOM}.star_region:polar_coordinates", PRINTED, PRINTED),
+    Entry("(2)", "polar coordinates", f"{ROOM}.star_region:compute_polar_coordinates", PRINTED, PRINTED),
     Entry("(3)", "cubic of a segment", f"{ROOM}.star_region:fit_boundary", "corrected: scaled abscissa", "corrected"),
     Entry(
-        "(4)", "piecewise cubic Phi", f"{ROOM}.star_region:segment_breaks", "as printed; its breaks are a choice",
+        "(4)", "piecewise cubic Phi", f"{ROOM}.star_region:find_segment_breaks", "as printed; its breaks are a choice",
         "corrected: below all samples",
     ),
     Entry(
-        "(5)", "bearing of a frontier point", f"{ROOM}.frontier_points:mean_bearing",
+        "(5)", "bearing of a frontier point", f"{ROOM}.frontier_points:compute_mean_bearing",
         "as printed, but across the seam", "replaced by gaps in the boundary of what is known",
     ),
     Entry(
-        "(6)", "search", f"{ROOM}.short_term_goal:shortest_sequence", "corrected: begins at the robot",
+        "(6)", "search", f"{ROOM}.short_term_goal:find_shortest_sequence", "corrected: begins at the robot",
         "replaced by a cost field over known and unknown cells",
     ),
-    Entry("(7)", "guiding vector p~", f"{ROOM}.modulation:guiding_vector", PRINTED, "corrected: of unit length"),
-    Entry("(8)", "modulation M p~", f"{ROOM}.modulation:modulated", PRINTED, PRINTED),
-    Entry("(9)", "E and D", f"{ROOM}.modulation:modulation_matrix", "corrected: r, e are columns", "corrected"),
-    Entry("(10)", "e", f"{ROOM}.modulation:boundary_tangent", "corrected: tangent of the boundary", "corrected"),
-    Entry("(11)", "theta-bar", f"{ROOM}.modulation:boundary_tangent", "corrected: theta by atan2", "corrected"),
+    Entry("(7)", "guiding vector p~", f"{MODULATION}:guiding_vector", PRINTED, "corrected: of unit length"),
+    Entry("(8)", "modulation M p~", f"{MODULATION}:modulate_at_level", PRINTED, PRINTED),
+    Entry("(9)", "E and D", f"{MODULATION}:make_modulation_matrix", "corrected: r, e are columns", "corrected"),
+    Entry("(10)", "e", f"{MODULATION}:compute_boundary_tangent", "corrected: tangent of the boundary", "corrected"),
+    Entry("(11)", "theta-bar", f"{MODULATION}:compute_boundary_tangent", "corrected: theta by atan2", "corrected"),
     Entry(
-        "(12)", "eigenvalues", f"{ROOM}.modulation:eigenvalues", PRINTED, "corrected: outward motion alone is damped"
+        "(12)", "eigenvalues", f"{MODULATION}:compute_eigenvalues", PRINTED, "corrected: outward motion alone is damped"
     ),
-    Entry("(13)", "weights", f"{ROOM}.modulation:weights", PRINTED, "replaced by Gamma - 1, which is continuous"),
+    Entry("(13)", "weights", f"{MODULATION}:compute_weights", PRINTED, "replaced by Gamma - 1, which is continuous"),
     Entry(
-        "(14)", "weighted sum", f"{ROOM}.modulation:modulated_vector", "corrected: from the first region", "corrected"
+        "(14)", "weighted sum", f"{MODULATION}:modulate_vector", "corrected: from the first region", "corrected"
     ),
     Entry(
-        "(15)", "blend with the nearest point", f"{ROOM}.blend:combined_vector",
+        "(15)", "blend with the nearest point", f"{ROOM}.blend:combine_vectors",
         "corrected: a is 1 inside r; p~_n* is a choice", "replaced by the braking certificate",
     ),
     Entry("line 1", "Function GenRoadmap(p, L, R)", f"{ROOM}.roadmap:generate_roadmap", PRINTED, UNUSED),
-    Entry("line 2", "P <- Fit", f"{ROOM}.star_region:traversable_region", PRINTED, "corrected: eroded by the robot"),
     Entry(
-        "line 3", "F <- Identify frontier points", f"{ROOM}.frontier_points:frontier_points", "corrected, as (5)",
-        UNUSED,
+        "line 2", "P <- Fit", f"{ROOM}.star_region:make_traversable_region", PRINTED, "corrected: eroded by the robot"
+    ),
+    Entry(
+        "line 3", "F <- Identify frontier points", f"{ROOM}.frontier_points:identify_frontier_points",
+        "corrected, as (5)", UNUSED,
     ),
     Entry("line 4", "N <- p and F", f"{ROOM}.roadmap:generate_roadmap", PRINTED, "corrected: regions alone are nodes"),
     Entry(
@@ -78,7 +81,7 @@ ENTRIES = (
     ),
     Entry("line 12", "R <- GenRoadmap(p, B, R)", f"{ROOM}.algorithm:plan", "corrected: L for B", "corrected"),
     Entry(
-        "line 13", "p_sg <- Search in R", f"{ROOM}.short_term_goal:shortest_sequence", "corrected, as (6)",
+        "line 13", "p_sg <- Search in R", f"{ROOM}.short_term_goal:find_shortest_sequence", "corrected, as (6)",
         "replaced, as (6)",
     ),
     Entry(

@@ -24,7 +24,7 @@ class SidePoints(NamedTuple):
     midpoint: np.ndarray
 
 
-def frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+def identify_frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     """Line 3 of Algorithm 1: F <- identify frontier points with L, shape (n, 2), W, m.
 
     Each lies at the bearing `frontier_bearing`, as far away as the midpoint of its side points, and on the inverse of
@@ -32,16 +32,16 @@ def frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarray) -> np
     the robot, and is replaced by a share of the range; one beyond the boundary moves inside.
     """
     reach = min(choices.RANGE, scan.range_max)
-    sides = side_points(scan, reach)
+    sides = find_side_points(scan, reach)
     wide = sides.first - sides.last > choices.WIDE_OPENING
-    theta = np.where(wide, mean_bearing(sides), frontier_bearing(sides)) + pose[2]
+    theta = np.where(wide, compute_mean_bearing(sides), frontier_bearing(sides)) + pose[2]
     distance = np.where(wide, choices.WIDE_SHARE * reach, np.hypot(*sides.midpoint.T))
     distance = np.minimum(distance, region.phi(theta) - choices.INSET)
     found = region.center + distance[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
     return found[distance > choices.ARRIVAL]
 
 
-def side_points(scan: LaserScan, reach: float) -> SidePoints:
+def find_side_points(scan: LaserScan, reach: float) -> SidePoints:
     """III-B.2: without the points at maximum range, DBSCAN clusters the rest; the outermost of a cluster are its sides.
 
     Corrected: a cluster that surrounds the robot, or another cluster, has no outermost points; hence a cluster also
@@ -65,7 +65,7 @@ def side_points(scan: LaserScan, reach: float) -> SidePoints:
     return SidePoints(last, first, 0.5 * (points + following)[ends])
 
 
-def mean_bearing(sides: SidePoints) -> np.ndarray:
+def compute_mean_bearing(sides: SidePoints) -> np.ndarray:
     """Eq. (5): theta_f = (theta_smax^i + theta_smin^(i+1)) / 2, shape (n,), rad.
 
     As printed, but across the seam, where the printed mean points to the other side.
@@ -73,10 +73,10 @@ def mean_bearing(sides: SidePoints) -> np.ndarray:
     return 0.5 * (sides.last + sides.first)
 
 
-def midpoint_bearing(sides: SidePoints) -> np.ndarray:
+def compute_midpoint_bearing(sides: SidePoints) -> np.ndarray:
     """Return the bearing of the midpoints, shape (n,), rad: the text before Eq. (5), "their geometric midpoint"."""
     return np.arctan2(sides.midpoint[:, 1], sides.midpoint[:, 0])
 
 
-frontier_bearing = mean_bearing
+frontier_bearing = compute_mean_bearing
 """The reading of Eq. (5) and its text that is used; see `choices.FRONTIER_BEARING`."""

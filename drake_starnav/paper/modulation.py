@@ -32,17 +32,17 @@ def guiding_vector(position: np.ndarray, short_term_goal: np.ndarray) -> np.ndar
     return short_term_goal - position
 
 
-def level(position: np.ndarray, regions: RegionUnion, k: int) -> Level:
+def evaluate_level(position: np.ndarray, regions: RegionUnion, k: int) -> Level:
     """The text after Eq. (12): Gamma(p) = (Phi(theta) / |p - p_ref|)^sigma, infinite at p_ref. As printed."""
     offset = position - regions.center[k]
     distance = max(math.hypot(offset[0], offset[1]), 1e-9)
     theta = math.atan2(offset[1], offset[0])  # Eq. (11): the printed arctan of a ratio loses half the plane
     phi, slope = boundary_at(regions.values[k], regions.slopes[k], regions.bearing_0[k], theta)
     gamma = min((phi / distance) ** choices.SIGMA, LARGEST_GAMMA)
-    return Level(gamma, np.array((math.cos(theta), math.sin(theta))), boundary_tangent(theta, phi, slope))
+    return Level(gamma, np.array((math.cos(theta), math.sin(theta))), compute_boundary_tangent(theta, phi, slope))
 
 
-def boundary_tangent(theta: float, phi: float, slope: float) -> np.ndarray:
+def compute_boundary_tangent(theta: float, phi: float, slope: float) -> np.ndarray:
     """Eq. (10) and (11): e = (cos theta-bar, sin theta-bar), shape (2,).
 
     With tan theta-bar = (Phi' sin theta + Phi cos theta) / (Phi' cos theta - Phi sin theta). Corrected: the printed
@@ -54,12 +54,12 @@ def boundary_tangent(theta: float, phi: float, slope: float) -> np.ndarray:
     return np.array((along, across)) / length if length > 0.0 else np.array((-math.sin(theta), math.cos(theta)))
 
 
-def eigenvalues(gamma: float) -> tuple[float, float]:
+def compute_eigenvalues(gamma: float) -> tuple[float, float]:
     """Eq. (12): lambda_r = 1 - 1 / Gamma,  lambda_e = 1 + 1 / Gamma. As printed."""
     return 1.0 - 1.0 / gamma, 1.0 + 1.0 / gamma
 
 
-def modulation_matrix(level: Level) -> np.ndarray:
+def make_modulation_matrix(level: Level) -> np.ndarray:
     """Eq. (9), with M = E D E^-1 of the text after Eq. (8): E = [r, e],  D = diag(lambda_r, lambda_e); shape (2, 2).
 
     Corrected: r and e are the columns of E; with the printed rows, vectors lead out of the region. At p_ref, where r
@@ -68,33 +68,33 @@ def modulation_matrix(level: Level) -> np.ndarray:
     if level.gamma >= LARGEST_GAMMA:
         return np.eye(2)
     (rx, ry), (ex, ey) = level.outward, level.tangent  # the sign of r does not matter
-    along_r, along_e = eigenvalues(level.gamma)
+    along_r, along_e = compute_eigenvalues(level.gamma)
     determinant = rx * ey - ry * ex
     inverse = np.array(((ey, -ex), (-ry, rx))) / determinant
     return np.array(((rx, ex), (ry, ey))) @ (np.array(((along_r,), (along_e,))) * inverse)
 
 
-def modulated(level: Level, vector: np.ndarray) -> np.ndarray:
+def modulate_at_level(level: Level, vector: np.ndarray) -> np.ndarray:
     """Eq. (8): p~* = M(p) p~, shape (2,). As printed."""
-    return modulation_matrix(level) @ vector
+    return make_modulation_matrix(level) @ vector
 
 
-def weights(gammas: np.ndarray) -> np.ndarray:
+def compute_weights(gammas: np.ndarray) -> np.ndarray:
     """Eq. (13): w_k = max(Gamma_k, 1) / sum_k max(Gamma_k, 1), shape (n,). As printed."""
     largest = np.maximum(gammas, 1.0)
     return largest / largest.sum()
 
 
-def modulated_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUnion) -> np.ndarray:
+def modulate_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUnion) -> np.ndarray:
     """Eq. (14): p~* = sum_k w_k M_k(p) p~, over the regions that contain p; shape (2,), W, m.
 
     As printed; the sum begins at the first region, not at the printed 0. Where no region contains p, p~ itself.
     """
     offset = position - regions.center
     near = np.hypot(*offset.T) < regions.values.max(axis=1, initial=0.0)
-    levels = [level(position, regions, k) for k in np.flatnonzero(near).tolist()]
+    levels = [evaluate_level(position, regions, k) for k in np.flatnonzero(near).tolist()]
     levels = [each for each in levels if each.gamma > 1.0]
     if not levels:
         return vector
-    shares = weights(np.array([each.gamma for each in levels]))
-    return np.sum([share * modulated(each, vector) for share, each in zip(shares, levels, strict=True)], axis=0)
+    shares = compute_weights(np.array([each.gamma for each in levels]))
+    return np.sum([share * modulate_at_level(each, vector) for share, each in zip(shares, levels, strict=True)], axis=0)

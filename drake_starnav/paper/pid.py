@@ -20,7 +20,7 @@ def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limit
     return Velocity(*velocity_towards(error, min(choices.SPEED, near, limits.max_speed), limits))
 
 
-def authors_pid(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
+def follow_authors_pid(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
     """Line 22 by the gains of the authors' code: v = 0.5 (v_ref - v), omega = 2 error, v_ref = min(1, 0.5 / |error|).
 
     At its fixed point, v = v_ref / 3, without the differential parts, for which a controller would need a state.

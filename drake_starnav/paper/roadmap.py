@@ -6,7 +6,7 @@ from dataclasses import field
 import numpy as np
 
 from drake_starnav.paper import choices
-from drake_starnav.paper.frontier_points import frontier_points
+from drake_starnav.paper.frontier_points import identify_frontier_points
 from drake_starnav.planning.roadmap import append_node
 from drake_starnav.planning.state import EMPTY_PATH, PlannerState
 from drake_starnav.surroundings.observation import Observation
@@ -48,9 +48,9 @@ def generate_roadmap(state: PaperState, observation: Observation) -> PaperState:
 
     Edges are derived of the regions where they are asked for: see `short_term_goal`.
     """
-    region = observation.region  # line 2, see `traversable_region`: perception has fitted it
+    region = observation.region  # line 2, see `make_traversable_region`: perception has fitted it
     assert region is not None
-    points = frontier_points(region, observation.scan, observation.pose)  # line 3
+    points = identify_frontier_points(region, observation.scan, observation.pose)  # line 3
     for other in state.roadmap.regions:  # III-B.3: new points within other regions are no frontier points
         points = points[~other.contains(points).astype(bool)]
     return dataclasses.replace(

@@ -16,7 +16,7 @@ class Sequence(NamedTuple):
     reaches_goal: bool
 
 
-def shortest_sequence(state: PaperState, position: np.ndarray, goal: np.ndarray) -> Sequence:
+def find_shortest_sequence(state: PaperState, position: np.ndarray, goal: np.ndarray) -> Sequence:
     """Eq. (6): min sum_i |p_f,i - p_f,i-1|  with p_f,1 = p, p_f,M = p_goal, (p_f,i, p_f,i+1) in E.
 
     Corrected: the sum begins at the robot, as p_f,0 is not defined. p_goal is a node only where a region contains it;

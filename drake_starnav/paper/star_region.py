@@ -16,7 +16,7 @@ from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_segme
 from drake_starnav.surroundings.star_region import StarRegion, fit_region
 
 
-def polar_coordinates(points: np.ndarray, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def compute_polar_coordinates(points: np.ndarray, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eq. (2): theta = arctan(p_y - p_ref,y, p_x - p_ref,x),  d = |p - p_ref|.
 
     As printed: the arctan of two arguments is atan2. Bearings, rad, and distances, m, both shape (...), of points
@@ -26,7 +26,7 @@ def polar_coordinates(points: np.ndarray, center: np.ndarray) -> tuple[np.ndarra
     return np.arctan2(offset[..., 1], offset[..., 0]), np.hypot(offset[..., 0], offset[..., 1])
 
 
-def traversable_region(scan: LaserScan, pose: np.ndarray, radius: float) -> StarRegion:
+def make_traversable_region(scan: LaserScan, pose: np.ndarray, radius: float) -> StarRegion:
     """Line 2 of Algorithm 1: P <- fit piecewise polynomials to L. As printed.
 
     Args:
@@ -35,7 +35,7 @@ def traversable_region(scan: LaserScan, pose: np.ndarray, radius: float) -> Star
         radius: of the robot, m, which the region does not regard.
     """
     beams = len(scan.ranges) if scan.full_circle else 0  # one sample a beam, as the slopes of others would be steps
-    profile = range_profile(scan, scan.distances, radius, choices.RANGE, samples=beams)
+    profile = make_range_profile(scan, scan.distances, radius, choices.RANGE, samples=beams)
     return fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_boundary)
 
 
@@ -45,12 +45,12 @@ def fit_boundary(samples: np.ndarray, radius: float = 0.0, one_sided: bool = Fal
     As printed, by least squares, with the abscissa scaled in each segment. Samples are of shape (M,), m; the radius is
     not used; `one_sided` as for `fit_segments`.
     """
-    breaks = segment_breaks(samples, choices.JUMP, choices.SLOPE_CHANGE, int(choices.SHORTEST_SEGMENT))
+    breaks = find_segment_breaks(samples, choices.JUMP, choices.SLOPE_CHANGE, int(choices.SHORTEST_SEGMENT))
     return fit_segments(samples, breaks, math.inf, one_sided)
 
 
 @kernel
-def segment_breaks(samples, jump, change, shortest):
+def find_segment_breaks(samples, jump, change, shortest):
     """Section IV: "the rate of change in radial distance" determines the segments; by the rule of the authors' code.
 
     A segment begins where the slope angle atan2(dd, dtheta) of neighbouring samples has changed by more than `change`,
@@ -76,7 +76,7 @@ def segment_breaks(samples, jump, change, shortest):
     return breaks[: n + 1].copy()
 
 
-def range_profile(
+def make_range_profile(
     scan: LaserScan, distance: np.ndarray, radius: float, reach: float = math.inf, less: float = 0.0, samples: int = 0
 ) -> FreeRange:
     """Return the range of the nearest beam at every bearing, as the free range of a robot without extent.

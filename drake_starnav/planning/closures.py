@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.geometry.polyline import distance_to_segment, measure_arc_lengths
+from drake_starnav.geometry.polyline import measure_arc_lengths, measure_segment_distance
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.grid import HIT_ERROR
 from drake_starnav.planning.impassable import find_narrowest_gap
@@ -139,7 +139,7 @@ def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndar
     hits = _find_confirmed_hits(state, inputs)
     ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
     needed = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
-    return bool((distance_to_segment(ahead, viewpoint, probe) < needed).any())
+    return bool((measure_segment_distance(ahead, viewpoint, probe) < needed).any())
 
 
 def _find_confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:

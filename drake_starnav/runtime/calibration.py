@@ -9,8 +9,8 @@ from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.localization.odometry_check import KEPT_STEPS, OdometryCheck
-from drake_starnav.runtime.execution import Told, compared, lidar_error
-from drake_starnav.runtime.intake import AHEAD, Odometry, pose_at
+from drake_starnav.runtime.execution import Told, compare_motion, describe_lidar_error
+from drake_starnav.runtime.intake import AHEAD, Odometry, interpolate_pose
 from drake_starnav.runtime.log import Log
 from drake_starnav.scenario.schema import Scenario
 
@@ -49,7 +49,7 @@ class Observed(NamedTuple):
     mounts: tuple[Mount, ...]
 
 
-def observed(log: Log, scenario: Scenario) -> Observed:
+def select_observed(log: Log, scenario: Scenario) -> Observed:
     """What came in and was commanded; a `StarnavError` where that is too little."""
     lidars: list[list[tuple[float, LaserScan]]] = [[] for _ in scenario.all_lidars]
     rows: list[Odometry] = []
@@ -71,7 +71,7 @@ def observed(log: Log, scenario: Scenario) -> Observed:
     return Observed(scenario, scans[0], tuple(rows), tuple(commands), tuple(took), scans, log.mounts)
 
 
-def lidar_of(logged: Observed) -> dict[str, float]:
+def estimate_lidar(logged: Observed) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
     times = np.array([scan.time for _, scan in logged.scans])
     several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
@@ -88,13 +88,13 @@ def lidar_of(logged: Observed) -> dict[str, float]:
         "range_min": round(last.range_min, 4),
         "range_max": round(last.range_max, 4),
         "rate": float(f"{several / np.median(times[several:] - times[:-several]):.3g}"),
-        "noise": _up(range_noise(logged)),
-        "dropout": _up(float(np.isnan(ranges).mean())),
-        "delay": _up(max(latest - wait, 0.0)),
+        "noise": _round_up(estimate_range_noise(logged)),
+        "dropout": _round_up(float(np.isnan(ranges).mean())),
+        "delay": _round_up(max(latest - wait, 0.0)),
     }
 
 
-def range_noise(logged: Observed) -> float:
+def estimate_range_noise(logged: Observed) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
     times = np.array([row.time for row in logged.rows])
     is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in logged.rows])
@@ -115,7 +115,7 @@ def range_noise(logged: Observed) -> float:
     return best
 
 
-def mask_of(logged: Observed) -> list[list[float]] | None:
+def estimate_mask(logged: Observed) -> list[list[float]] | None:
     """Where the lidar sees the robot, as of `lidar.mask`; None: unknown, as the robot hardly moved."""
     last, radius = logged.scans[-1][1], logged.scenario.robot.radius
     if np.ptp([row[1:3] for row in logged.rows], axis=0).max() < 2.0 * radius:
@@ -124,7 +124,7 @@ def mask_of(logged: Observed) -> list[list[float]] | None:
     hit = ranges < 1.5 * radius  # -inf included
     near_ranges = np.clip(ranges, 0.0, 1.5 * radius)
     spread = np.where(hit, np.abs(near_ranges - np.median(near_ranges, axis=0)), 0.0).max(axis=0)
-    noise = range_noise(logged)
+    noise = estimate_range_noise(logged)
     own = (hit.mean(axis=0) > 0.9) & (spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
     half = 0.5 * last.angle_increment
@@ -133,15 +133,15 @@ def mask_of(logged: Observed) -> list[list[float]] | None:
     ).tolist()
 
 
-def drive_of(logged: Observed) -> dict[str, float]:
+def estimate_drive(logged: Observed) -> dict[str, float]:
     """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
-    rows, delay = np.array(logged.rows), drive_delay(logged)
+    rows, delay = np.array(logged.rows), estimate_drive_delay(logged)
     robot = logged.scenario.robot
     braking = max(robot.max_speed / robot.limits.max_deceleration, 0.5)
     lost_ways, stray_shares = [0.0], [0.0]
     for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
         braking_rows = logged.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
-        asked_way, driven_way, time = compared(logged.told, braking_rows, delay)
+        asked_way, driven_way, time = compare_motion(logged.told, braking_rows, delay)
         way = math.hypot(*asked_way[:2])
         if time < 0.5 * braking:
             continue
@@ -154,10 +154,14 @@ def drive_of(logged: Observed) -> dict[str, float]:
     explained_by_slip = slip * robot.max_speed * braking
     delay = delay if delay > 1.0 / logged.scenario.controller.rate else 0.0  # a command is reached within its period
     delay = max(delay, float(np.quantile(logged.took, 0.99)))
-    return {"delay": _up(delay), "slip": _up(slip, 0.01), "error": _up(max(error - explained_by_slip, 0.0), 0.005)}
+    return {
+        "delay": _round_up(delay),
+        "slip": _round_up(slip, 0.01),
+        "error": _round_up(max(error - explained_by_slip, 0.0), 0.005),
+    }
 
 
-def drive_delay(logged: Observed) -> float:
+def estimate_drive_delay(logged: Observed) -> float:
     """The delay with which the twist of the odometry follows the commanded one best, s."""
     rows, commands = np.array(logged.rows), np.array(logged.told)
     measured_velocity = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
@@ -172,33 +176,36 @@ def drive_delay(logged: Observed) -> float:
     return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
 
 
-def odometry_drift(logged: Observed) -> float:
+def estimate_odometry_drift(logged: Observed) -> float:
     """Drift of the odometry that the first lidar's scans show, as of `localization.drift`; NaN if it hardly moved."""
     scenario, times = logged.scenario, np.array([row.time for row in logged.rows])
     lidar, check, shares = scenario.all_lidars[0], OdometryCheck(), []
-    error = lidar_error(scenario)
+    error = describe_lidar_error(scenario)
     for _, scan in logged.lidars[0]:
         k = int(np.searchsorted(times, scan.time))
-        pose = pose_at(logged.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
+        pose = interpolate_pose(logged.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
         if pose is None:
             continue
-        previous_check, check = check, check.with_scan(scan.masked(lidar.mask), pose, error, logged.mounts[0])
+        previous_check, check = check, check.add_scan(scan.masked(lidar.mask), pose, error, logged.mounts[0])
         if check.steps is not previous_check.steps and len(check.steps) == KEPT_STEPS:
-            difference = check.difference()
+            difference = check.sum_differences()
             turning_share = difference.turned_off / difference.turned if difference.turned > LEAST_TURN else 0.0
             shares.append(max(difference.off / max(difference.driven, error.body), turning_share))
     return float(np.quantile(shares, 0.9)) if shares else math.nan
 
 
-def calibration(log: Log, scenario: Scenario) -> str:
+def calibrate(log: Log, scenario: Scenario) -> str:
     """YAML to declare, with what it rests on.
 
     Args:
         log: of a drive with turns, and with some seconds of standing.
         scenario: that drove.
     """
-    logged_run = observed(log, scenario)
-    drive, sections = drive_of(logged_run), [_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars]
+    logged_run = select_observed(log, scenario)
+    drive, sections = (
+        estimate_drive(logged_run),
+        [_make_lidar_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars],
+    )
     seconds = logged_run.rows[-1].time - logged_run.rows[0].time
     way = float(np.hypot(*np.diff(np.array(logged_run.rows)[:, 1:3].T, axis=1)).sum())
     lines = [
@@ -209,9 +216,9 @@ def calibration(log: Log, scenario: Scenario) -> str:
     for lidar, section in zip(scenario.all_lidars, sections, strict=True):
         lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
         lines += [f"{'    ' if scenario.lidars else '  '}{line}" for line in section]
-    drift = odometry_drift(logged_run)
+    drift = estimate_odometry_drift(logged_run)
     if drift > ALIGNED:
-        lines += ["localization:", f"  drift: {_up(drift, 0.01):g}"]
+        lines += ["localization:", f"  drift: {_round_up(drift, 0.01):g}"]
     elif math.isnan(drift):
         lines.append("# localization.drift: unknown, as the robot hardly moved, or its scans do not fit each other")
     lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive.items())]
@@ -220,9 +227,9 @@ def calibration(log: Log, scenario: Scenario) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _section(logged: Observed) -> list[str]:
+def _make_lidar_section(logged: Observed) -> list[str]:
     """What to declare of a lidar."""
-    values, mask = lidar_of(logged), mask_of(logged)
+    values, mask = estimate_lidar(logged), estimate_mask(logged)
     lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]
     if math.isnan(values["noise"]):
         lines.append("# noise: unknown, as the robot never stood for half a second: let it stand before it drives")
@@ -230,6 +237,6 @@ def _section(logged: Observed) -> list[str]:
     return [*lines, unknown if mask is None else f"mask: {mask}" if mask else "# mask: it does not see the robot"]
 
 
-def _up(value: float, least: float = 0.001) -> float:
+def _round_up(value: float, least: float = 0.001) -> float:
     """A value to declare: rounded up to a multiple of `least`; what is below half of that is nothing."""
     return value if math.isnan(value) else round(math.ceil(max(value / least - 0.5, 0.0)) * least, 6)

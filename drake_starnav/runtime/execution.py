@@ -89,32 +89,35 @@ class Execution:
         return f"{self.why}; until the goal is given anew" if self.lasts else self.why
 
 
-def with_command(execution: Execution, command: Told, delay: float) -> Execution:
+def add_command(execution: Execution, command: Told, delay: float) -> Execution:
     """What is told from now on; what is too old to be compared is forgotten."""
     recent_commands = tuple(each for each in execution.told if each.time > command.time - 2.0 * WINDOW - delay)
     return replace(execution, told=(*recent_commands, command))
 
 
-def lidar_error(scenario: Scenario) -> OdometryError:
+def describe_lidar_error(scenario: Scenario) -> OdometryError:
     """What is declared of the first lidar, for an `OdometryCheck`, to which nothing declared of the odometry counts."""
     return OdometryError(0.0, 0.0, scenario.all_lidars[0].noise, scenario.robot.shape.cover_radius)
 
 
-def with_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Scenario) -> Execution:
+def add_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Scenario) -> Execution:
     """What the first lidar has seen."""
     scans = tuple(each for each in execution.scans if each.scan.time > latest.scan.time - WINDOW)
-    check = execution.check.with_scan(latest.scan, latest.pose, lidar_error(scenario), mount)
+    check = execution.check.add_scan(latest.scan, latest.pose, describe_lidar_error(scenario), mount)
     return replace(execution, scans=(*scans, latest), check=check)
 
 
-def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
+def judge_execution(execution: Execution, now: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
     """Whether the base does what it is told until now, s; without odometry it is not known."""
     if execution.lasts or not rows:
         return execution
     if not execution.why:
-        failure, conflict = not_executed(execution.told, rows, scenario), disagreement(execution.check, scenario)
+        failure, conflict = (
+            describe_not_executed(execution.told, rows, scenario),
+            describe_disagreement(execution.check, scenario),
+        )
         must_wait = bool(failure or conflict) and now < execution.tried + AGAIN
-        fault_lasts = must_wait or bool(failure) and denied(execution.scans)
+        fault_lasts = must_wait or bool(failure) and is_pose_denied(execution.scans)
         return replace(execution, why=conflict or failure, is_lost=bool(conflict), lasts=fault_lasts)
     last, last_command = rows[-1], execution.told[-1][1:] if execution.told else ()
     if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *last_command)):
@@ -127,12 +130,12 @@ def judged(execution: Execution, now: float, rows: Sequence[Odometry], scenario:
     )
 
 
-def acknowledged(execution: Execution) -> Execution:
+def acknowledge_withdrawal(execution: Execution) -> Execution:
     """The execution after the goal was withdrawn from a robot that stands: what lasts is tried once more."""
     return Execution(scans=execution.scans, tried=execution.tried)
 
 
-def changed_share(scans: Sequence[PosedScan]) -> float:
+def compute_changed_share(scans: Sequence[PosedScan]) -> float:
     """Share of the beams that changed while the pose stayed as it is now; NaN where fewer than FEWEST tell anything."""
     if not scans:
         return math.nan
@@ -146,18 +149,20 @@ def changed_share(scans: Sequence[PosedScan]) -> float:
     return float((np.abs(ranges_before - ranges_after) > CHANGED).mean()) if len(ranges_before) >= FEWEST else math.nan
 
 
-def denied(scans: Sequence[PosedScan]) -> bool:
+def is_pose_denied(scans: Sequence[PosedScan]) -> bool:
     """Whether scans change while the pose stays, or tell nothing."""
-    return bool(scans) and not changed_share(scans) <= CHANGED_SHARE
+    return bool(scans) and not compute_changed_share(scans) <= CHANGED_SHARE
 
 
 def is_carried(execution: Execution) -> bool:
     """Whether most of what a robot sees changed while it was told to stand, and its odometry says that it stood."""
     is_standing = bool(execution.told) and not any(any(each[1:]) for each in execution.told)
-    return is_standing and changed_share(execution.scans) > CARRIED_SHARE
+    return is_standing and compute_changed_share(execution.scans) > CARRIED_SHARE
 
 
-def compared(told: Sequence[Told], rows: Sequence[Odometry], delay: float) -> tuple[np.ndarray, np.ndarray, float]:
+def compare_motion(
+    told: Sequence[Told], rows: Sequence[Odometry], delay: float
+) -> tuple[np.ndarray, np.ndarray, float]:
     """What was commanded and what was driven, each (ahead, aside, turned), m and rad, and the time of both, s.
 
     `delay` is that of a command's effect, s. The time is 0 where nothing can be compared.
@@ -182,10 +187,10 @@ def compared(told: Sequence[Told], rows: Sequence[Odometry], delay: float) -> tu
     return asked_way, np.array((way_ahead.sum(), way_aside.sum(), turn.sum())), float(end - begin)
 
 
-def not_executed(told: Sequence[Told], rows: Sequence[Odometry], scenario: Scenario) -> str:
+def describe_not_executed(told: Sequence[Told], rows: Sequence[Odometry], scenario: Scenario) -> str:
     """What the base, or its odometry, does other than it is told; empty: nothing."""
     drive = scenario.drive
-    asked_way, driven_way, time = compared(told, rows, drive.delay)
+    asked_way, driven_way, time = compare_motion(told, rows, drive.delay)
     way, deviation = math.hypot(*asked_way[:2]), math.hypot(*(driven_way - asked_way)[:2])
     turn, driven_turn = asked_way[2], driven_way[2]
     if deviation > OFF + drive.error + (OFF_SHARE + drive.slip) * way:
@@ -197,11 +202,11 @@ def not_executed(told: Sequence[Told], rows: Sequence[Odometry], scenario: Scena
     return ""
 
 
-def disagreement(check: OdometryCheck, scenario: Scenario) -> str:
+def describe_disagreement(check: OdometryCheck, scenario: Scenario) -> str:
     """How the robot's way by its odometry differs from what the scans show; empty: by no more than is declared."""
     if len(check.steps) < SEEN_STEPS:
         return ""
-    difference, localization = check.difference(), scenario.localization
+    difference, localization = check.sum_differences(), scenario.localization
     share = SEEN_SHARE + localization.drift + scenario.drive.slip
     obstacle_way = scenario.obstacles.max_speed * difference.time
     ways = f"{difference.seen:.2f} m driven by the scans, {difference.driven:.2f} m by the odometry"

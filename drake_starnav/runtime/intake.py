@@ -119,31 +119,31 @@ class Intake:
         never = (-math.inf,) * lidars
         return Intake(newest=never, came=never, bad_scans=("",) * lidars, old=((),) * lidars, believed=(None,) * lidars)
 
-    def without(self, why: str, **changes: Any) -> "Intake":
+    def count_drop(self, why: str, **changes: Any) -> "Intake":
         """One thing more was dropped."""
         counts = dict(self.dropped)
         counts[why] = counts.get(why, 0) + 1
         return dataclasses.replace(self, dropped=tuple(counts.items()), **changes)
 
 
-def with_new_clock(intake: Intake, now: float) -> Intake:
+def restart_clock(intake: Intake, now: float) -> Intake:
     """The intake when the clock begins again: only the last pose stays, for where the odometry goes on from it."""
     rows = tuple(row._replace(time=now - OLDEST) for row in intake.rows[-1:])
     return dataclasses.replace(Intake.empty(len(intake.newest)), rows=rows)
 
 
-def without_beliefs(intake: Intake) -> Intake:
+def reset_beliefs(intake: Intake) -> Intake:
     """The intake that believes the next scan of each lidar, whatever those before it were."""
     empty = Intake.empty(len(intake.newest))
     return dataclasses.replace(intake, old=empty.old, believed=empty.believed)
 
 
-def with_item(items: tuple, k: int, item: Any) -> tuple:
+def replace_item(items: tuple, k: int, item: Any) -> tuple:
     """The items, of which that with number `k` is another."""
     return (*items[:k], item, *items[k + 1 :])
 
 
-def canonical(scan: LaserScan, **changes: float) -> LaserScan:
+def make_canonical_scan(scan: LaserScan, **changes: float) -> LaserScan:
     """The scan with numbers of 32 bits, as a ROS message has them, and changed fields: a log repeats it to the bit."""
     single: dict[str, Any] = {
         name: float(np.float32(getattr(scan, name)))
@@ -153,42 +153,44 @@ def canonical(scan: LaserScan, **changes: float) -> LaserScan:
     return LaserScan(scan.time, ranges=ranges, lost_beams=True, **(single | changes))
 
 
-def taken(intake: Intake, now: float, scans: Iterable[Any], odometry: Iterable[Any], declared: Declared) -> Intake:
+def take_messages(
+    intake: Intake, now: float, scans: Iterable[Any], odometry: Iterable[Any], declared: Declared
+) -> Intake:
     """The intake with messages that came until `now`, s, whatever they hold; none is taken twice."""
     for row in odometry:
-        intake = _with_row(intake, now, row, declared)
+        intake = _add_row(intake, now, row, declared)
     for item in scans:
         k, scan = item if isinstance(item, tuple) else (0, item)
-        intake = _with_scan(intake, now, k, scan, declared)
+        intake = _add_scan(intake, now, k, scan, declared)
     recent = tuple(row for row in intake.rows if row.time > now - KEPT) or intake.rows[-1:]
     return dataclasses.replace(intake, rows=recent)
 
 
-def _with_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intake:
+def _add_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intake:
     try:
         row = Odometry(*map(float, row))
     except (TypeError, ValueError):
-        return intake.without("no odometry", bad_odometry=f"odometry is {type(row).__name__}, not an Odometry")
+        return intake.count_drop("no odometry", bad_odometry=f"odometry is {type(row).__name__}, not an Odometry")
     if not all(map(math.isfinite, row)):
-        return intake.without("odometry that is not finite", bad_odometry="odometry is not finite")
+        return intake.count_drop("odometry that is not finite", bad_odometry="odometry is not finite")
     if row.time > now + CLOCK:
         text = f"odometry is stamped {row.time - now:.3g} s ahead of the clock"
-        return intake.without("odometry from the future", bad_odometry=text)
+        return intake.count_drop("odometry from the future", bad_odometry=text)
     last = intake.rows[-1] if intake.rows else None
     if last is not None and row.time <= last.time:
-        return intake.without("odometry twice or out of order")
-    if last is not None and not declared.jumps and (jump_text := _jump(last, row, declared.robot)):
+        return intake.count_drop("odometry twice or out of order")
+    if last is not None and not declared.jumps and (jump_text := _find_jump(last, row, declared.robot)):
         fresh = dataclasses.replace(Intake.empty(len(intake.newest)), newest=intake.newest, dropped=intake.dropped)
-        return fresh.without("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=jump_text)
+        return fresh.count_drop("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=jump_text)
     return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
 
 
-def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
+def _find_jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
     """How far a pose is from the way that the twist before it leads, if that is a jump: a robot may halt on it."""
     dt = min(
         row.time - last.time, OLDEST + robot.max_speed / robot.limits.max_deceleration
     )  # without odometry it brakes
-    led = extrapolated(last, last.time + dt) - last[1:4]
+    led = extrapolate_pose(last, last.time + dt) - last[1:4]
     driven_step = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
     share = min(max(float(driven_step[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
     excess_way = math.hypot(*(driven_step - share * led)[:2])
@@ -200,38 +202,38 @@ def _jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
     return ""
 
 
-def _with_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
+def _add_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
     if not isinstance(scan, LaserScan) or k not in range(len(declared.lidars)):
-        return _refused(intake, k, "no scan of a lidar", f"a scan is {type(scan).__name__} of lidar {k}")
+        return _refuse_scan(intake, k, "no scan of a lidar", f"a scan is {type(scan).__name__} of lidar {k}")
     lidar = declared.lidars[k]
-    scan = canonical(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
+    scan = make_canonical_scan(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
     scan = scan.masked(lidar.mask) if lidar.mask else scan
     if scan.time > now + CLOCK:
         text = f"a scan is stamped {scan.time - now:.3g} s ahead of the clock"
-        return _refused(intake, k, "scan from the future", text)
+        return _refuse_scan(intake, k, "scan from the future", text)
     if scan.time <= max([intake.newest[k], *(each.time for j, each in intake.waiting if j == k)]):
-        return intake.without("scan twice or out of order")
-    if wrong := false_scan(scan, lidar):
-        return _refused(intake, k, "false scan", wrong)
+        return intake.count_drop("scan twice or out of order")
+    if wrong := describe_false_scan(scan, lidar):
+        return _refuse_scan(intake, k, "false scan", wrong)
     scan = within_range(scan, lidar)
     close = [] if lidar.outliers else find_lone_close_hits(scan, declared.bodies[k]).tolist()
     scan = lose_beams(scan, close)
     for beam in close:
-        intake = intake.without(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
-    waiting, arrival_times = (*intake.waiting, (k, scan)), with_item(intake.came, k, now)
+        intake = intake.count_drop(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
+    waiting, arrival_times = (*intake.waiting, (k, scan)), replace_item(intake.came, k, now)
     return dataclasses.replace(
-        intake, waiting=waiting, came=arrival_times, bad_scans=with_item(intake.bad_scans, k, "")
+        intake, waiting=waiting, came=arrival_times, bad_scans=replace_item(intake.bad_scans, k, "")
     )
 
 
-def _refused(intake: Intake, k: Any, kind: str, why: str) -> Intake:
+def _refuse_scan(intake: Intake, k: Any, kind: str, why: str) -> Intake:
     """The intake without a scan of a lidar, or of none."""
     lidars = range(len(intake.bad_scans))
     bad_scans = tuple(why if each == k or k not in lidars else intake.bad_scans[each] for each in lidars)
-    return intake.without(kind, bad_scans=bad_scans)
+    return intake.count_drop(kind, bad_scans=bad_scans)
 
 
-def false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
+def describe_false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
     """In what a scan falls short of its declared lidar; empty: in nothing."""
     view = lidar.field_of_view
     if scan.measured_at == -math.inf:
@@ -265,7 +267,7 @@ def within_range(scan: LaserScan, lidar: LidarParameters) -> LaserScan:
     return dataclasses.replace(scan, ranges=ranges, range_max=limit)
 
 
-def extrapolated(row: Odometry, time: float) -> np.ndarray:
+def extrapolate_pose(row: Odometry, time: float) -> np.ndarray:
     """The pose (x, y, yaw) that follows from one by its twist, m and rad."""
     dt = time - row.time
     half = 0.5 * row.omega * dt  # along the chord of the arc
@@ -273,21 +275,21 @@ def extrapolated(row: Odometry, time: float) -> np.ndarray:
     return np.array((row.x + way_along.real, row.y + way_along.imag, row.yaw + 2.0 * half))
 
 
-def pose_at(rows: Sequence[Odometry], time: float, ahead: float) -> np.ndarray | None:
+def interpolate_pose(rows: Sequence[Odometry], time: float, ahead: float) -> np.ndarray | None:
     """The pose (x, y, yaw) at a time, s, interpolated, or extrapolated by `ahead` at most, s; None where unknown."""
     if not rows or not rows[0].time - ahead <= time <= rows[-1].time + ahead:
         return None
     next_row = next((k for k, row in enumerate(rows) if row.time >= time), None)
     if not next_row:
-        return extrapolated(rows[-1] if next_row is None else rows[0], time)
+        return extrapolate_pose(rows[-1] if next_row is None else rows[0], time)
     a, b = rows[next_row - 1], rows[next_row]
     share, turn = (time - a.time) / (b.time - a.time), math.remainder(b.yaw - a.yaw, 2.0 * math.pi)
     return np.array((a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * turn))
 
 
-def state_at(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
+def estimate_state(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
     """(x, y, yaw, v, omega) now, as of `Robot`; None where the odometry is stale."""
-    pose = pose_at(rows[-1:], max(now, rows[-1].time), PATIENCE) if rows else None
+    pose = interpolate_pose(rows[-1:], max(now, rows[-1].time), PATIENCE) if rows else None
     if pose is None:
         return None
     last = rows[-1]
@@ -295,32 +297,32 @@ def state_at(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
     return np.array((*pose, speed, last.omega))
 
 
-def next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
+def find_next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
     """The scan that waits longest, with the pose at its stamp; None: not yet, or there is none."""
     while intake.waiting:
         k, scan = first = min(intake.waiting, key=lambda each: each[1].time)
-        pose = pose_at(intake.rows, scan.time, AHEAD)
+        pose = interpolate_pose(intake.rows, scan.time, AHEAD)
         coming = not intake.rows or scan.time >= intake.rows[0].time
         if pose is None and coming and now - scan.time < OLDEST:
             break
         waiting = tuple(each for each in intake.waiting if each is not first)
-        intake = dataclasses.replace(intake, waiting=waiting, newest=with_item(intake.newest, k, scan.time))
+        intake = dataclasses.replace(intake, waiting=waiting, newest=replace_item(intake.newest, k, scan.time))
         if pose is None:
-            intake = intake.without("scan without a pose")
+            intake = intake.count_drop("scan without a pose")
             continue
-        posed_scan, (kind, why) = PosedScan(k, scan, pose), _unbelievable(intake, k, scan, pose)
+        posed_scan, (kind, why) = PosedScan(k, scan, pose), _explain_disbelief(intake, k, scan, pose)
         if why:
-            intake = _refused(intake, k, kind, why)
+            intake = _refuse_scan(intake, k, kind, why)
             continue
         ranges = hash(scan.ranges.tobytes())
         if all(each != ranges for each, _ in intake.old[k]):
             old = (*intake.old[k], (ranges, pose))[-OLD_SCANS:]
-            intake = dataclasses.replace(intake, old=with_item(intake.old, k, old))
-        return dataclasses.replace(intake, believed=with_item(intake.believed, k, posed_scan)), posed_scan
+            intake = dataclasses.replace(intake, old=replace_item(intake.old, k, old))
+        return dataclasses.replace(intake, believed=replace_item(intake.believed, k, posed_scan)), posed_scan
     return intake, None
 
 
-def _unbelievable(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[str, str]:
+def _explain_disbelief(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[str, str]:
     """Why a scan cannot be what the lidar sees now, by those before: the kind, and a sentence; both empty if it can."""
     ranges = hash(scan.ranges.tobytes())
     if np.isfinite(scan.ranges).any():
@@ -344,7 +346,7 @@ def _unbelievable(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> 
     return "", ""
 
 
-def goal_of(goal: Any) -> tuple[float, ...] | None:
+def read_goal(goal: Any) -> tuple[float, ...] | None:
     """A goal as (x, y) or (x, y, yaw); None for none, or a `StarnavError` for what is no goal."""
     if goal is None or isinstance(goal, tuple) and goal == WITHDRAWN:
         return None

@@ -22,12 +22,12 @@ from drake_starnav.loading import parse_scenario
 from drake_starnav.navigation import Parts
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.runtime.execution import Told
-from drake_starnav.runtime.intake import Odometry, canonical
+from drake_starnav.runtime.intake import Odometry, make_canonical_scan
 from drake_starnav.runtime.navigator import Command, Navigator
-from drake_starnav.runtime.ros2_definitions import decode_string, definition, encode
-from drake_starnav.scenario.scenario_file import scenario_text
+from drake_starnav.runtime.ros2_definitions import decode_string, encode, write_definition
+from drake_starnav.scenario.scenario_file import format_scenario
 from drake_starnav.systems.star_perception import lidar_names
-from drake_starnav.utils.files import no_file, reading
+from drake_starnav.utils.files import explain_missing_file, explain_read_errors
 
 RUN, TICK, TF, FIXED, PLAN, ODOM, TWIST = (
     "/starnav/run", "/starnav/tick", "/tf", "/tf_static", "/starnav/plan", "/odom", "/cmd_vel"
@@ -58,7 +58,7 @@ LINE_STRIP = 4
 LOGS = "an MCAP file as drive(log=...) writes it"
 
 
-def _mcap() -> Any:
+def _import_mcap() -> Any:
     try:
         import mcap.records
         import mcap.stream_reader
@@ -68,14 +68,14 @@ def _mcap() -> Any:
     return mcap
 
 
-def scan_message(scan: LaserScan, frame: str) -> bytes:
+def encode_scan(scan: LaserScan, frame: str) -> bytes:
     """The scan as a ROS message in CDR."""
-    header = {"stamp": _stamp(round(scan.time * 1e9)), "frame_id": frame}
+    header = {"stamp": _make_stamp(round(scan.time * 1e9)), "frame_id": frame}
     numbers = {name: getattr(scan, name) for name in SCAN_NUMBERS}
     return encode(SCAN, {"header": header, "ranges": scan.ranges, **numbers})
 
 
-def scan_of(message: bytes, time: float) -> LaserScan:
+def decode_scan(message: bytes, time: float) -> LaserScan:
     """The scan of such a message, with its time, s, which the stamp only holds in nanoseconds."""
     (length,) = struct.unpack_from("<I", message, 12)
     at = 16 + length + -length % 4
@@ -91,7 +91,7 @@ class RunLog:
 
     def __init__(self, path: Path, navigator: Navigator) -> None:
         """Raises a `StarnavError` without the extra `mcap`, and an `OSError` where the file cannot be written."""
-        mcap = _mcap()
+        mcap = _import_mcap()
         self._navigator, self._shown = navigator, -math.inf
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("wb")
@@ -101,7 +101,7 @@ class RunLog:
         self._frames = lidar_names("lidar", count)
         scans, kinds = [f"/{name}" for name in lidar_names("scan", count)], sorted({SCAN, *KINDS.values()})
         schemas = {
-            kind: writer.register_schema(kind.replace("/", "/msg/"), "ros2msg", definition(kind).encode())
+            kind: writer.register_schema(kind.replace("/", "/msg/"), "ros2msg", write_definition(kind).encode())
             for kind in kinds
         }
         self._scans = [writer.register_channel(topic, "cdr", schemas[SCAN]) for topic in scans]
@@ -110,16 +110,18 @@ class RunLog:
 
     def _begin(self, at: int) -> None:
         navigator = self._navigator
-        text = scenario_text(navigator.scenario)
-        self._json(RUN, at, {"name": navigator.scenario.name, "scenario": text, "mounts": navigator.mounts})
+        text = format_scenario(navigator.scenario)
+        self._write_json(RUN, at, {"name": navigator.scenario.name, "scenario": text, "mounts": navigator.mounts})
         mounts = zip(self._frames, navigator.mounts, strict=True)
-        self._add(FIXED, at, {"transforms": [_transform(at, "base_link", frame, mount) for frame, mount in mounts]})
+        self._add(
+            FIXED, at, {"transforms": [_make_transform(at, "base_link", frame, mount) for frame, mount in mounts]}
+        )
         self._begun = True
 
     def note(self, reading: Any, command: Command, took: float = 0.0) -> None:
         """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
         now, scans, odometry, goal, *reset = reading
-        at, arrivals = _nanoseconds(now), []
+        at, arrivals = _to_nanoseconds(now), []
         if not self._begun:
             self._begin(at)
         for item in scans:
@@ -127,34 +129,36 @@ class RunLog:
             if not isinstance(scan, LaserScan) or k not in range(len(self._scans)):
                 arrivals.append((-1, 0.0))
                 continue
-            message = scan_message(canonical(scan), self._frames[k])
-            self._writer.add_message(self._scans[k], at, message, _nanoseconds(scan.time))
+            message = encode_scan(make_canonical_scan(scan), self._frames[k])
+            self._writer.add_message(self._scans[k], at, message, _to_nanoseconds(scan.time))
             arrivals.append((k, scan.time))
         odometry = list(odometry)
-        rows = [_row(each) for each in odometry]
+        rows = [_make_row(each) for each in odometry]
         for each, row in zip(odometry, rows, strict=True):
             if isinstance(each, Odometry) and None not in (row or [None]):
-                self._odometry(at, each)
+                self._write_odometry(at, each)
         velocity = Told.of(now, command.twist, self._navigator.actuation.limits)
         linear = {"x": velocity.ahead, "y": velocity.aside}
         self._add(TWIST, at, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
-            "now": _finite(now),
+            "now": _check_finite(now),
             "scans": arrivals,
             "odometry": rows,
-            "goal": _row(goal),
+            "goal": _make_row(goal),
             "reset": any(reset),
             "twist": command.twist.tolist(),
             "took": took,
         }
-        self._json(TICK, at, tick | {"certified": command.certified, "status": command.status, "why": command.why})
+        self._write_json(
+            TICK, at, tick | {"certified": command.certified, "status": command.status, "why": command.why}
+        )
         if not abs(now - self._shown) < SHOWN:
             self._shown = now
             self._show(at)
 
-    def _odometry(self, at: int, row: Odometry) -> None:
-        measured_time = _nanoseconds(row.time)
-        transform = _transform(measured_time, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
+    def _write_odometry(self, at: int, row: Odometry) -> None:
+        measured_time = _to_nanoseconds(row.time)
+        transform = _make_transform(measured_time, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
         self._add(TF, at, {"transforms": [transform]})
         pose = {"position": transform["transform"]["translation"], "orientation": transform["transform"]["rotation"]}
         twist = {"linear": {"x": row.v, "y": row.aside}, "angular": {"z": row.omega}}
@@ -162,14 +166,14 @@ class RunLog:
         self._add(ODOM, at, message | {"twist": {"twist": twist}})
 
     def _show(self, at: int) -> None:
-        path, outlines = planned(self._navigator)
+        path, outlines = read_plan(self._navigator)
         lines = [(np.vstack((each, each[:1])), REGION_COLOR) for each in outlines] + [(path, PATH_COLOR)]
-        header = {"stamp": _stamp(at), "frame_id": "odom"}
+        header = {"stamp": _make_stamp(at), "frame_id": "odom"}
         markers = [{"header": header, "action": 3}]  # delete what was shown before
-        markers += [{"header": header, "ns": "plan", "id": k, **_line(*line)} for k, line in enumerate(lines)]
+        markers += [{"header": header, "ns": "plan", "id": k, **_make_line(*line)} for k, line in enumerate(lines)]
         self._add(PLAN, at, {"markers": markers})
 
-    def _json(self, topic: str, at: int, value: dict[str, Any]) -> None:
+    def _write_json(self, topic: str, at: int, value: dict[str, Any]) -> None:
         self._add(topic, at, {"data": json.dumps(value)})
 
     def _add(self, topic: str, at: int, values: dict[str, Any]) -> None:
@@ -183,7 +187,7 @@ class RunLog:
         self._file.close()
 
 
-def planned(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
+def read_plan(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
     """The path (n, 2) from the robot on, and the outlines (m, 2) of the newest regions, m; both may be empty."""
     port, rows = navigator.navigation.planned("guidance"), navigator.intake.rows
     if port is None or not rows:
@@ -195,43 +199,43 @@ def planned(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
     return np.vstack((rows[-1][1:3], np.reshape(guidance.path, (-1, 2)))), outlines
 
 
-def _line(places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
+def _make_line(places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
     """The fields of a marker that shows a line through places (n, 2), m."""
     points = [{"x": x, "y": y} for x, y in np.round(places, 3).tolist()]
     pose = {"orientation": {"w": 1.0}}
     return {"type": LINE_STRIP, "pose": pose, "scale": {"x": 0.02}, "points": points, "color": color}
 
 
-def _transform(at: int, parent: str, child: str, mount: Mount) -> dict[str, Any]:
+def _make_transform(at: int, parent: str, child: str, mount: Mount) -> dict[str, Any]:
     half = 0.5 * mount.yaw
     turn = {"z": math.sin(half), "w": math.cos(half)}
     if mount.upside_down:  # half a turn about x, then the yaw
         turn = {"x": math.cos(half), "y": math.sin(half)}
     transform = {"translation": {"x": mount.x, "y": mount.y}, "rotation": turn}
-    return {"header": {"stamp": _stamp(at), "frame_id": parent}, "child_frame_id": child, "transform": transform}
+    return {"header": {"stamp": _make_stamp(at), "frame_id": parent}, "child_frame_id": child, "transform": transform}
 
 
-def _stamp(at: int) -> dict[str, int]:
+def _make_stamp(at: int) -> dict[str, int]:
     return dict(zip(("sec", "nanosec"), divmod(at, 10**9), strict=True))
 
 
-def _nanoseconds(time: float) -> int:
+def _to_nanoseconds(time: float) -> int:
     return max(round(time * 1e9), 0) if math.isfinite(time) else 0
 
 
-def _finite(value: float) -> float | None:
+def _check_finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _row(values: Any) -> list[float | None] | None:
+def _make_row(values: Any) -> list[float | None] | None:
     """Numbers as JSON holds them, to the bit; None for what are none."""
     try:
-        return [_finite(float(each)) for each in values]
+        return [_check_finite(float(each)) for each in values]
     except (TypeError, ValueError):
         return None
 
 
-def _number(value: float | None) -> float:
+def _read_number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
@@ -259,8 +263,8 @@ class Log(NamedTuple):
 
 def read_log(path: str | Path) -> Log:
     """Open the log of a run; a `StarnavError` for what is none. One that was cut off ends where it does."""
-    place, messages = f"log {path}", _messages(Path(path))
-    with reading(place, LOGS):
+    place, messages = f"log {path}", _read_messages(Path(path))
+    with explain_read_errors(place, LOGS):
         topic, data = next(messages, ("", b""))
         if topic != RUN:
             raise ValueError("it is not the log of a run")
@@ -270,15 +274,15 @@ def read_log(path: str | Path) -> Log:
         )
         if not (isinstance(run["name"], str) and isinstance(run["scenario"], str) and mounts):
             raise ValueError("its run has no name, scenario and mounts")
-        return Log(run["name"], run["scenario"], mounts, _ticks(messages, place, len(mounts)))
+        return Log(run["name"], run["scenario"], mounts, _read_ticks(messages, place, len(mounts)))
 
 
-def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
+def _read_messages(path: Path) -> Iterator[tuple[str, bytes]]:
     """Topic and content of each message, in order; a chunk is expanded alone, and within bounds."""
-    mcap = _mcap()
+    mcap = _import_mcap()
     records, exceptions, topics, expanded_size = mcap.records, mcap.exceptions, {}, LARGEST_CHUNK
-    with reading(f"log {path}", LOGS):
-        if why := no_file(path):
+    with explain_read_errors(f"log {path}", LOGS):
+        if why := explain_missing_file(path):
             raise ValueError(why)
         largest_size = LARGEST_CHUNK + LARGEST_RATIO * path.stat().st_size
         with path.open("rb") as file:
@@ -305,7 +309,7 @@ def _messages(path: Path) -> Iterator[tuple[str, bytes]]:
 
 def _expand(chunk: Any) -> bytes:
     """The content of a chunk; a `ValueError` where it is larger than LARGEST_CHUNK, or not as our logs are."""
-    zstandard = _mcap().stream_reader.zstandard
+    zstandard = _import_mcap().stream_reader.zstandard
     if chunk.compression not in ("", "zstd"):
         raise ValueError(f"a chunk is compressed by {chunk.compression[:10]}, and not by zstd")
     data = chunk.data
@@ -317,33 +321,33 @@ def _expand(chunk: Any) -> bytes:
     return data
 
 
-def _ticks(messages: Iterator[tuple[str, bytes]], place: str, lidars: int) -> Iterator[Tick]:
+def _read_ticks(messages: Iterator[tuple[str, bytes]], place: str, lidars: int) -> Iterator[Tick]:
     waiting: list[bytes] = []
     for topic, data in messages:
         if topic == TICK:
-            with reading(place, LOGS):
-                tick = _tick(json.loads(decode_string(data)), waiting, lidars)
+            with explain_read_errors(place, LOGS):
+                tick = _read_tick(json.loads(decode_string(data)), waiting, lidars)
             waiting = []
             yield tick
         elif topic not in KINDS:
             waiting.append(data)
 
 
-def _tick(tick: dict[str, Any], messages: list[bytes], lidars: int) -> Tick:
+def _read_tick(tick: dict[str, Any], messages: list[bytes], lidars: int) -> Tick:
     """A command with the scans before it; raises anything where it is none."""
     arrivals = [(int(k), float(time)) for k, time in tick["scans"]]
     lidar_numbers = [k for k, _ in arrivals if k >= 0]
     if len(lidar_numbers) > len(messages) or any(k >= lidars for k in lidar_numbers):
         raise ValueError("a command has other scans than were written before it")
     waiting = iter(messages)
-    scans = [None if k < 0 else (k, scan_of(next(waiting), time)) for k, time in arrivals]
-    rows = [None if row is None else Odometry(*map(_number, row)) for row in tick["odometry"]]
-    goal = None if tick["goal"] is None else tuple(map(_number, tick["goal"]))
+    scans = [None if k < 0 else (k, decode_scan(next(waiting), time)) for k, time in arrivals]
+    rows = [None if row is None else Odometry(*map(_read_number, row)) for row in tick["odometry"]]
+    goal = None if tick["goal"] is None else tuple(map(_read_number, tick["goal"]))
     twist = np.array(tick["twist"], float)
     if twist.ndim != 1 or len(twist) not in (2, 3):
         raise ValueError(f"a twist has the shape {twist.shape}")
     command = Command(twist, bool(tick["certified"]), str(tick["status"]), str(tick["why"]))
-    return Tick((_number(tick["now"]), scans, rows, goal, bool(tick["reset"])), command, float(tick["took"]))
+    return Tick((_read_number(tick["now"]), scans, rows, goal, bool(tick["reset"])), command, float(tick["took"]))
 
 
 class Replayed(NamedTuple):

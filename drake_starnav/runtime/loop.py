@@ -70,7 +70,9 @@ class Driven(NamedTuple):
         report_text = f"{self.end} after {counted(self.ticks, 'command')}, {counted(self.late, 'period')} late; "
         report_text += f"a command takes {p50:.1f} ms (p99 {p99:.1f}, longest {worst:.1f})"
         report_text += "".join(f"; {count} x {why}" for why, count in self.dropped.items())
-        return report_text + ("; " + _slow(self.answer, self.declared) if self.answer > self.declared else "")
+        return report_text + (
+            "; " + _describe_slow_answer(self.answer, self.declared) if self.answer > self.declared else ""
+        )
 
 
 def drive(
@@ -106,10 +108,10 @@ def drive(
     gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
     end, command = "over", None
     try:
-        with _signals() as stop_signal, _signals(signal.SIGUSR1) as reset:
+        with _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset:
             robot.read()  # what waited while the navigator was built is old
             begin = time.monotonic()
-            for tick in _ticks(begin, period, begin + seconds):
+            for tick in _count_periods(begin, period, begin + seconds):
                 late += tick - ticks - 1 if ticks else 0
                 ticks, start_time = tick, time.perf_counter()
                 reading = Reading(*robot.read())
@@ -121,12 +123,14 @@ def drive(
                 command = navigator.step(*reading)
                 robot.drive(command)
                 took.append(time.perf_counter() - start_time)
-                answers += _ages(reading, took[-1])
+                answers += _measure_scan_ages(reading, took[-1])
                 if run_log is not None:
                     run_log.note(reading, command, took[-1])
                 if not quiet and len(took) % max(round(0.5 / period), 1) == 0:
                     answer = float(np.percentile(answers[-MANY:], 99.0))
-                    _say(command, _slow(answer, declared_delay) if answer > declared_delay else "")
+                    _print_status(
+                        command, _describe_slow_answer(answer, declared_delay) if answer > declared_delay else ""
+                    )
                 if stop_signal.is_set():
                     end = "stopped"
                     break
@@ -134,7 +138,7 @@ def drive(
                     end = "reached"
                     break
     finally:
-        _ramped(navigator, robot)
+        _ramp_to_zero(navigator, robot)
         if run_log is not None:
             run_log.close()
         gc.unfreeze()
@@ -143,7 +147,7 @@ def drive(
     return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped), answer, declared_delay)
 
 
-def _ticks(begin: float, period: float, end: float) -> Iterator[int]:
+def _count_periods(begin: float, period: float, end: float) -> Iterator[int]:
     """Numbers of the periods, from 1, each when it begins; those that are over are left out."""
     tick = 1
     while (current_time := time.monotonic()) < end:
@@ -156,11 +160,11 @@ def _ticks(begin: float, period: float, end: float) -> Iterator[int]:
         tick += 1
 
 
-def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
+def _ramp_to_zero(navigator: Navigator, robot: DrivenRobot) -> None:
     """Ramp to zero, say so several times, and close; what fails on the way is raised at the end."""
     first_error: BaseException | None = None
     period, zeros, until = navigator.actuation.hold, 0, time.monotonic() + LONGEST_RAMP
-    with _signals():
+    with _handle_signals():
         while zeros < ZEROS and time.monotonic() < until:
             command = navigator.brake("the loop has ended")
             zeros += command.status == "standing"
@@ -175,7 +179,7 @@ def _ramped(navigator: Navigator, robot: DrivenRobot) -> None:
 
 
 @contextlib.contextmanager
-def _signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
+def _handle_signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
     """Signals, or else SIGTERM and SIGINT, only set an event; in the main thread, where alone they come."""
     signal_event, previous_handlers = threading.Event(), {}
     if threading.current_thread() is threading.main_thread():
@@ -188,7 +192,7 @@ def _signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
             signal.signal(each, handler)
 
 
-def _ages(reading: Reading, took: float) -> list[float]:
+def _measure_scan_ages(reading: Reading, took: float) -> list[float]:
     """How old the scans that came were when the command was sent, s, whatever else came."""
     arrived_scans = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
     scans = (each[-1] if isinstance(each, tuple) and each else each for each in arrived_scans)
@@ -196,12 +200,12 @@ def _ages(reading: Reading, took: float) -> list[float]:
     return [age for age in ages if math.isfinite(age)]
 
 
-def _slow(answer: float, declared: float) -> str:
+def _describe_slow_answer(answer: float, declared: float) -> str:
     allowed_text = f"lidar.delay, drive.delay and a period allow {1e3 * declared:.0f} ms"
     return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed_text}"
 
 
-def _say(command: Command, warning: str) -> None:
+def _print_status(command: Command, warning: str) -> None:
     """Status on one line."""
     twist = ", ".join(f"{each:+.2f}" for each in command.twist)
     line = f"{command.status}  {twist}  {command.why or warning}"

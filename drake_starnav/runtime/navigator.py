@@ -25,14 +25,14 @@ from drake_starnav.runtime.execution import (
     STANDS,
     Execution,
     Told,
-    acknowledged,
+    acknowledge_withdrawal,
+    add_command,
+    add_scan,
     is_carried,
-    judged,
-    with_command,
-    with_scan,
+    judge_execution,
 )
 from drake_starnav.runtime.intake import Declared, Intake, PosedScan
-from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
+from drake_starnav.runtime.station import AskedGoal, DriverStation, make_empty_scan
 from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.margins import SCAN_PATIENCE
@@ -154,7 +154,7 @@ class Navigator:
         """Another run of the diagram, in which nothing has been seen."""
         self._simulator.reset_context(self.diagram.CreateDefaultContext())
         for name, lidar in zip(self._names, self._declared.lidars, strict=True):
-            self._fix(name, Value(no_scan(lidar)))
+            self._fix(name, Value(make_empty_scan(lidar)))
         for name, size in (("scan_pose", 3), ("state", 5), ("goal", 2)):
             self._fix(name, np.zeros(size))
         self._fix("heading", np.array([math.nan]))
@@ -185,32 +185,32 @@ class Navigator:
             reset: whether to brake, forget what was seen and what went wrong, and then to try the goal again.
         """
         try:
-            command = self._stepped(now, scans, odometry, goal, reset)
+            command = self._try_step(now, scans, odometry, goal, reset)
         except Exception as error:  # whatever it is: a robot that moves must be braked
             self._broken = True
-            command = self._braking(f"the step failed: {type(error).__name__}: {error}")
+            command = self._make_braking_command(f"the step failed: {type(error).__name__}: {error}")
         if not np.isfinite(command.twist).all():
-            command = self._braking("the twist is not finite")
+            command = self._make_braking_command("the twist is not finite")
         self._drive(command)
         return command
 
     def brake(self, why: str) -> Command:
         """A command of the ramp to zero, whatever came in; `why` is what it will say."""
-        command = self._braking(why)
+        command = self._make_braking_command(why)
         self._drive(command)
         return command
 
-    def _stepped(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any, reset: bool) -> Command:
+    def _try_step(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any, reset: bool) -> Command:
         if not math.isfinite(now):
-            return self._braking(f"now is {now}; allowed: finite, s")
+            return self._make_braking_command(f"now is {now}; allowed: finite, s")
         period = self.actuation.hold
         self._stalled = 0 if now > self._latest + LEAST_ADVANCE * period else self._stalled + 1
         self._latest = max(now, self._latest)
         if now < self._now - take.CLOCK:  # the clock begins again
-            self.intake, self._now, self._latest = take.with_new_clock(self.intake, now), math.nan, now
+            self.intake, self._now, self._latest = take.restart_clock(self.intake, now), math.nan, now
             self._begin()
         elapsed_time, has_jumped = now - self._now, self.intake.jumped
-        self.intake = take.taken(self.intake, now, scans, odometry, self._declared)
+        self.intake = take.take_messages(self.intake, now, scans, odometry, self._declared)
         if reset:
             self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
         if self.intake.jumped > has_jumped and self._goal is not None:
@@ -220,37 +220,37 @@ class Navigator:
         due = math.floor((now - self._origin) / period) + 1
         if due <= self._tick:  # the period has not passed
             if self._stalled > max(round(GAP / period), 2):
-                return self._braking(f"the clock stands at {now:.3f} s")
+                return self._make_braking_command(f"the clock stands at {now:.3f} s")
             return self._command
         self._now = now
         self._broken |= due > self._tick + 1 and not math.isnan(elapsed_time)
         self._tick = due
         wrong = ""
         try:
-            self._ask(take.goal_of(goal))
+            self._take_goal(take.read_goal(goal))
         except StarnavError as error:
             self._goal, wrong = None, str(error)
-        state = take.state_at(self.intake.rows, now)
+        state = take.estimate_state(self.intake.rows, now)
         if state is not None and (self._blind or not elapsed_time < GAP):  # what was done meanwhile is not known
             self._execution = dataclasses.replace(self._execution, told=())
-            self._command = self._command._replace(twist=self._measured())
+            self._command = self._command._replace(twist=self._measure_twist())
         self._blind = state is None
-        why = self._why_not(now, state, wrong)
+        why = self._find_reason_to_brake(now, state, wrong)
         if state is None:
-            return self._braking(why)
+            return self._make_braking_command(why)
         if (self.intake.jumped > self._forgotten or self._forget_reason) and not self._command.twist.any():
-            self.intake = take.without_beliefs(self.intake)
+            self.intake = take.reset_beliefs(self.intake)
             self._begin()  # what was seen before lies elsewhere now
         self._feed(now, state)
-        twist, certified, status, blocked = self._advanced()
-        why = why or self._not_seen(now)
+        twist, certified, status, blocked = self._advance_diagram()
+        why = why or self._describe_missing_scan(now)
         if why:
-            return self._braking(why)
+            return self._make_braking_command(why)
         if self._reached:
-            return self._braking("")._replace(status="reached")
+            return self._make_braking_command("")._replace(status="reached")
         return Command(twist, certified, status, blocked)
 
-    def _ask(self, goal: tuple[float, ...] | None) -> None:
+    def _take_goal(self, goal: tuple[float, ...] | None) -> None:
         """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
         if goal == self._goal:
             return
@@ -259,7 +259,7 @@ class Navigator:
         if goal is None and not self._command.twist.any():
             if self._execution.is_lost:
                 self._forget_reason = self._forget_reason or RESET_ASKED
-            self._execution = acknowledged(self._execution)
+            self._execution = acknowledge_withdrawal(self._execution)
         if (
             goal is None
             or previous_goal is None
@@ -267,7 +267,7 @@ class Navigator:
         ):
             self._dropped_goal = ""
 
-    def _not_seen(self, now: float) -> str:
+    def _describe_missing_scan(self, now: float) -> str:
         """What the lidars lack to drive by; empty: nothing."""
         k = int(np.argmin(self._seen))
         age, time_since_scan = now - self._seen[k], now - self.intake.came[k]
@@ -284,7 +284,7 @@ class Navigator:
             return f"scans{which} are late: the newest is {age:.2f} s old; allowed: {self._expiry:.2f} s"
         return f"no scan{which} for {time_since_scan:.2f} s"
 
-    def _why_not(self, now: float, state: np.ndarray | None, wrong: str) -> str:
+    def _find_reason_to_brake(self, now: float, state: np.ndarray | None, wrong: str) -> str:
         """The first reason for which the robot must not drive; empty: none."""
         rows = self.intake.rows
         if state is None:
@@ -298,7 +298,10 @@ class Navigator:
             self._carried = now
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
             self._begin()
-        previous_execution, self._execution = self._execution, judged(self._execution, now, rows, self.scenario)
+        previous_execution, self._execution = (
+            self._execution,
+            judge_execution(self._execution, now, rows, self.scenario),
+        )
         if previous_execution.is_lost and not self._execution.is_lost:  # and the robot stands
             self._begin()
         if why := self._execution.said or wrong or self._dropped_goal:
@@ -326,36 +329,36 @@ class Navigator:
             self._fix("goal", np.array(goal[:2]))
             self._fixed = True
         while True:
-            self.intake, posed_scan = take.next_scan(self.intake, now)
+            self.intake, posed_scan = take.find_next_scan(self.intake, now)
             if posed_scan is None:
                 break
             self._process(context, posed_scan)
 
     def _process(self, context: Context, posed: PosedScan) -> None:
-        posed = self._without_faulty_beams(posed)
+        posed = self._drop_faulty_beams(posed)
         scan = dataclasses.replace(posed.scan, time=posed.scan.time - self._origin)
         self._fix(self._names[posed.lidar], Value(scan))
         self._fix("scan_pose", posed.pose)
         self._seen[posed.lidar] = posed.scan.time
         if posed.lidar == 0:
-            self._execution = with_scan(self._execution, posed, self.mounts[0], self.scenario)
+            self._execution = add_scan(self._execution, posed, self.mounts[0], self.scenario)
         next_context = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, next_context.get_mutable_state())
         context.SetTimeStateAndParametersFrom(next_context)
 
-    def _without_faulty_beams(self, posed: PosedScan) -> PosedScan:
+    def _drop_faulty_beams(self, posed: PosedScan) -> PosedScan:
         """The scan without what faulty beams alone hit; once a beam is found to be one, what was seen is forgotten."""
         k, previous_beams = posed.lidar, self._beams[posed.lidar]
         self._beams[k], scan = previous_beams.after(posed.scan, posed.pose, self.mounts[k])
         for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(previous_beams.faulty)):
             which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
-            self.intake = self.intake.without(f"hits of {which} alone, wherever the robot turned")
+            self.intake = self.intake.count_drop(f"hits of {which} alone, wherever the robot turned")
             self._forget_reason = (
                 f"{which} errs: it alone hits something near, wherever the robot turns; the map is made anew"
             )
         return posed._replace(scan=scan)
 
-    def _advanced(self) -> tuple[np.ndarray, bool, str, str]:
+    def _advance_diagram(self) -> tuple[np.ndarray, bool, str, str]:
         """Twist, whether it is certified, status and what blocks the robot, after the updates of this instant."""
         context = self._simulator.get_mutable_context()
         self._simulator.AdvancePendingEvents()
@@ -370,7 +373,7 @@ class Navigator:
             return twist, is_certified, "unreachable", "no way to the goal is left"
         return twist, is_certified, "blocked" if planner_status is PlannerStatus.BLOCKED else "driving", why
 
-    def _braking(self, why: str) -> Command:
+    def _make_braking_command(self, why: str) -> Command:
         """The ramp to zero that the last certified motion ends with."""
         twist = self._command.twist
         target = make_braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
@@ -388,7 +391,7 @@ class Navigator:
         self._command = command
         if math.isfinite(self._now):
             told_command = Told.of(self._now, command.twist, self.actuation.limits)
-            self._execution = with_command(self._execution, told_command, self.scenario.drive.delay)
+            self._execution = add_command(self._execution, told_command, self.scenario.drive.delay)
         self._set_twist(self._simulator.get_mutable_context(), command.twist)
 
     def _set_twist(self, context: Context, twist: np.ndarray) -> None:
@@ -396,7 +399,7 @@ class Navigator:
         if isinstance(shield, Unshielded):
             shield.GetMyMutableContextFromRoot(context).SetDiscreteState(0, twist)
 
-    def _measured(self) -> np.ndarray:
+    def _measure_twist(self) -> np.ndarray:
         """The base's twist by its odometry, within its limits."""
         last, limits = self.intake.rows[-1], self.actuation.limits
         twist = np.array((last.v, last.aside, last.omega) if len(self._command.twist) == 3 else (last.v, last.omega))

@@ -15,13 +15,13 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.transforms import Frames, frame_name, pose_along, seconds
 from drake_starnav.runtime.intake import CLOCK, WITHDRAWN, Odometry
-from drake_starnav.runtime.log import SHOWN, planned
+from drake_starnav.runtime.log import SHOWN, read_plan
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.runtime.navigator import Command, Navigator
-from drake_starnav.runtime.ros2_base import STAMPED, TWIST, header, middleware
-from drake_starnav.runtime.watchdog import Watched, ramp_of
+from drake_starnav.runtime.ros2_base import STAMPED, TWIST, make_header, open_middleware
+from drake_starnav.runtime.watchdog import Watched, read_ramp
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.lidar_mounts import mount_of
+from drake_starnav.station.lidar_mounts import find_mount
 
 SCAN, ODOMETRY, TRANSFORMS, POSE = (
     "sensor_msgs/LaserScan", "nav_msgs/Odometry", "tf2_msgs/TFMessage", "geometry_msgs/PoseStamped"
@@ -80,7 +80,7 @@ class Ros2:
         if len(scans) != len(self._lidars):
             count_text = counted(len(scans), "topic")
             raise StarnavError(f"scan names {count_text}; allowed: {len(self._lidars)}, one of each lidar")
-        self._ros = middleware(self.domain, self.interface)
+        self._ros = open_middleware(self.domain, self.interface)
         self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scans}
         self._odometry, self._goals = self._subscribe(self.odom, ODOMETRY), self._subscribe(self.goal, POSE)
         self._cancels = self._subscribe(self.cancel, EMPTY)
@@ -175,7 +175,7 @@ class Ros2:
             if way is None:
                 return f"no transform of {tree} leads from {base} to {frame}, the frame of {topic}"
             X_BS = RigidTransform(pose_along(way, 0.0))
-            mounts.append(mount_of(X_BS, dataclasses.replace(lidar, frame=frame), float(X_BS.translation()[2])))
+            mounts.append(find_mount(X_BS, dataclasses.replace(lidar, frame=frame), float(X_BS.translation()[2])))
         self.mounts = tuple(mounts)
         return ""
 
@@ -184,7 +184,7 @@ class Ros2:
         (kind,) = {each.kind for each in self._ros.endpoints(topic, False)}
         arguments = {"topic": topic, "stamped": kind == STAMPED, "steers": limits.steers > 0.0, "domain": self.domain}
         arguments |= {"interface": self.interface, "frame": self._first[self.absolute(self.odom)].child_frame_id}
-        return Watched("drake_starnav.runtime.ros2_base:Base", arguments, ramp_of(limits))
+        return Watched("drake_starnav.runtime.ros2_base:Base", arguments, read_ramp(limits))
 
     def _silent(self) -> str:
         heard = self._ros.endpoints(self.absolute(self.cmd_vel), True)
@@ -192,10 +192,10 @@ class Ros2:
 
     def read(self) -> Reading:
         """What came since the last call; what is no scan, odometry or goal is passed on, for it brakes the robot."""
-        scans = [(k, scan_of(each)) for k, take in enumerate(self._scans.values()) for each in take()]
-        odometry = [odometry_of(each) for each in self._odometry()]
+        scans = [(k, read_scan(each)) for k, take in enumerate(self._scans.values()) for each in take()]
+        odometry = [read_odometry(each) for each in self._odometry()]
         for message in self._goals():
-            self._goal = goal_of(message, self._frame)
+            self._goal = read_goal(message, self._frame)
         if self._cancels():
             self._goal = WITHDRAWN
         return Reading(time.time(), scans, odometry, self._goal)
@@ -212,9 +212,9 @@ class Ros2:
         (plan, send), (markers, mark) = self._plan, self._markers
         if not (self._ros.endpoints(plan, False) or self._ros.endpoints(markers, False)):
             return
-        path, outlines = planned(navigator)
+        path, outlines = read_plan(navigator)
         make = self._ros.types
-        head = header(make, time.time(), self._frame)
+        head = make_header(make, time.time(), self._frame)
         places = [make.Pose(position=each) for each in self._points(path)]
         send(make.Path(header=head, poses=[make.PoseStamped(header=head, pose=each) for each in places]))
         lines = [
@@ -233,7 +233,7 @@ class Ros2:
         self._ros.close()
 
 
-def scan_of(message: Any) -> Any:
+def read_scan(message: Any) -> Any:
     """The scan of a message, as of its last beam; the message itself if it is none."""
     names = "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time"
     fields: dict[str, Any] = {name: float(getattr(message, name)) for name in names}
@@ -244,21 +244,21 @@ def scan_of(message: Any) -> Any:
         return message
 
 
-def odometry_of(message: Any) -> Odometry:
+def read_odometry(message: Any) -> Odometry:
     """The odometry of a message, whose twist is in the robot's frame."""
     p, twist = message.pose.pose.position, message.twist.twist
-    yaw = yaw_of(message.pose.pose.orientation)
+    yaw = read_yaw(message.pose.pose.orientation)
     return Odometry(seconds(message.header.stamp), p.x, p.y, yaw, twist.linear.x, twist.angular.z, twist.linear.y)
 
 
-def goal_of(message: Any, frame: str) -> Any:
+def read_goal(message: Any, frame: str) -> Any:
     """(x, y) or (x, y, yaw) of a goal in a frame; a text that says what it is if it is in another."""
     goal_frame, p, q = message.header.frame_id, message.pose.position, message.pose.orientation
     if frame_name(goal_frame) != frame_name(frame):
         return f"in frame {goal_frame}, and odometry in {frame}"
-    return (p.x, p.y, yaw_of(q)) if any((q.x, q.y, q.z, q.w)) else (p.x, p.y)
+    return (p.x, p.y, read_yaw(q)) if any((q.x, q.y, q.z, q.w)) else (p.x, p.y)
 
 
-def yaw_of(q: Any) -> float:
+def read_yaw(q: Any) -> float:
     """The turn of a quaternion about z, rad."""
     return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)

@@ -44,7 +44,7 @@ class Middleware(Protocol):
         """Leave the network."""
 
 
-def middleware(domain: int | None = None, interface: str = "") -> Middleware:
+def open_middleware(domain: int | None = None, interface: str = "") -> Middleware:
     """By `rclpy` where it is installed, as where ROS 2 is, and by `cyclonedds` elsewhere.
 
     Args:
@@ -81,7 +81,7 @@ class Base:
             steers: whether the last component of twists is a curvature, 1/m.
             domain, interface: as of `middleware`.
         """
-        self._ros = middleware(domain, interface)
+        self._ros = open_middleware(domain, interface)
         self._send = self._ros.publish(topic, STAMPED if stamped else TWIST)
         self._stamped, self._steers, self._frame = stamped, steers, frame
 
@@ -92,7 +92,7 @@ class Base:
         x, y = (*translation, 0.0)[:2]
         message = make.Twist(linear=make.Vector3(x=float(x), y=float(y)), angular=make.Vector3(z=float(turning)))
         if self._stamped:
-            message = make.TwistStamped(header=header(make, time.time(), self._frame), twist=message)
+            message = make.TwistStamped(header=make_header(make, time.time(), self._frame), twist=message)
         self._send(message)
 
     def close(self) -> None:
@@ -100,6 +100,6 @@ class Base:
         self._ros.close()
 
 
-def header(make: Any, now: float, frame: str) -> Any:
+def make_header(make: Any, now: float, frame: str) -> Any:
     """The header of a message: its time, s, and the frame of what it holds."""
     return make.Header(stamp=make.Time(sec=math.floor(now), nanosec=int(now % 1.0 * 1e9)), frame_id=frame)

@@ -15,7 +15,7 @@ from cyclonedds.util import duration
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.runtime.ros2_base import Endpoint
-from drake_starnav.runtime.ros2_messages import MESSAGES, ros_name
+from drake_starnav.runtime.ros2_messages import MESSAGES, make_ros_name
 
 MOST = 1000
 """Endpoints that are looked at."""
@@ -23,7 +23,7 @@ LOCAL = "lo", "lo0"
 """Interfaces that reach this machine alone, and know no multicast."""
 
 
-def configuration(interface: str) -> str:
+def make_configuration(interface: str) -> str:
     """What Cyclone DDS is told; CYCLONEDDS_URI comes after it. Peers are as of ROS_STATIC_PEERS.
 
     Type information is ignored: Fast DDS describes sequences in a way that Cyclone DDS takes for another type, and
@@ -43,10 +43,10 @@ def configuration(interface: str) -> str:
     return ",".join(filter(None, (text, os.environ.get("CYCLONEDDS_URI", ""))))
 
 
-def _configured(number: int, interface: str) -> Domain | None:
+def _open_domain(number: int, interface: str) -> Domain | None:
     """A domain as configured; None: this process is in it already."""
     try:
-        return Domain(number, configuration(interface))
+        return Domain(number, make_configuration(interface))
     except DDSException as error:
         if error.code == DDSException.DDS_RETCODE_PRECONDITION_NOT_MET:
             return None
@@ -60,7 +60,7 @@ class Cyclone:
         number = int(os.environ.get("ROS_DOMAIN_ID") or 0) if domain is None else domain
         self.types = MESSAGES
         try:
-            self._domain = _configured(number, interface)
+            self._domain = _open_domain(number, interface)
             self._participant = DomainParticipant(number)
         except DDSException as error:
             raise StarnavError(
@@ -113,7 +113,7 @@ class Cyclone:
         for each in self._others(publishers):
             if each.topic_name == f"rt{topic}":
                 is_latched = each.qos[Policy.Durability] != Policy.Durability.Volatile
-                found_endpoints.append(Endpoint(topic, ros_name(each.type_name), is_latched))
+                found_endpoints.append(Endpoint(topic, make_ros_name(each.type_name), is_latched))
         return found_endpoints
 
     def topics(self) -> list[str]:

@@ -45,7 +45,7 @@ NUMBERS = {"bool": "?", "uint8": "B", "int32": "i", "uint32": "I", "float32": "f
 RULE = f"\n{80 * '='}\n"
 
 
-def fields_of(kind: str) -> Iterator[tuple[str, str, str, str]]:
+def list_fields(kind: str) -> Iterator[tuple[str, str, str, str]]:
     """Yield the type, without brackets, the brackets, their content and the name of each field of a message."""
     for field in FIELDS[kind].split(", "):
         type_text, name = field.split()
@@ -53,13 +53,13 @@ def fields_of(kind: str) -> Iterator[tuple[str, str, str, str]]:
         yield FULL_NAMES.get(base, base), bracket, count, name
 
 
-def definition(kind: str) -> str:
+def write_definition(kind: str) -> str:
     """Return the text of a message and of those in it, as `ros2msg`."""
     kinds, texts = [kind], []
     for each in kinds:  # it grows meanwhile
-        lines = [f"{base}{f'[{count}]' if bracket else ''} {name}" for base, bracket, count, name in fields_of(each)]
+        lines = [f"{base}{f'[{count}]' if bracket else ''} {name}" for base, bracket, count, name in list_fields(each)]
         texts.append("\n".join(lines if each == kind else (f"MSG: {each}", *lines)))
-        kinds += [base for base, *_ in fields_of(each) if base in FIELDS and base not in kinds]
+        kinds += [base for base, *_ in list_fields(each) if base in FIELDS and base not in kinds]
     return RULE.join(texts)
 
 
@@ -78,7 +78,7 @@ def _append(data: bytearray, kind: str, value: Any) -> None:
         _append_numbers(data, "uint32", [len(text)])
         data += text
     else:
-        for base, bracket, count, name in fields_of(kind):
+        for base, bracket, count, name in list_fields(kind):
             given_value = (value or {}).get(name)
             if bracket:
                 _append_array(data, base, count, () if given_value is None else given_value)

@@ -15,13 +15,13 @@ PLAIN |= {name: (getattr(types, name), 0) for name in ("uint8", "int32", "uint32
 PLAIN |= {name: (getattr(types, name), 0.0) for name in ("float32", "float64")}
 
 
-def dds_name(kind: str) -> str:
+def make_dds_name(kind: str) -> str:
     """The name that DDS has for a type."""
     package, _, name = kind.partition("/")
     return f"{package}::msg::dds_::{name}_"
 
 
-def ros_name(name: str) -> str:
+def make_ros_name(name: str) -> str:
     """The type that DDS has a name for; the name itself if it is no message of ROS."""
     match = re.fullmatch(r"(\w+)::msg::dds_::(\w+)_", name)
     return "/".join(match.groups()) if match else name
@@ -34,7 +34,7 @@ class Messages:
         for kind, definition in FIELDS.items():
             fields = [self._field(*each.split()) for each in definition.split(", ")]
             name = kind.partition("/")[2]
-            message_class = new_class(name, (IdlStruct,), {"typename": dds_name(kind)}, partial(_declare, fields))
+            message_class = new_class(name, (IdlStruct,), {"typename": make_dds_name(kind)}, partial(_declare, fields))
             setattr(self, name, dataclasses.dataclass(message_class))
 
     def __getattr__(self, name: str) -> Any:

@@ -19,7 +19,7 @@ PACKAGES = (
 )  # fmt: skip
 
 
-def message_types() -> Any:
+def import_message_types() -> Any:
     """The classes of messages by name, of the packages that are installed."""
     found_types: dict[str, Any] = {}
     for package in PACKAGES:
@@ -39,7 +39,7 @@ class Rclpy:
             raise StarnavError(
                 f"interface is {interface}; allowed with rclpy: none, as its middleware is configured by its own file"
             )
-        self.types = message_types()
+        self.types = import_message_types()
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node(

@@ -39,7 +39,7 @@ class DriverStation(LeafSystem):
         names = lidar_names("scan", len(lidars)), lidar_names("lidar", len(lidars))
         for lidar, scan, name in zip(lidars, *names, strict=True):
             port = self.DeclareAbstractInputPort(scan, Value(LaserScan.nothing()))
-            declare_value(self, f"{name}.scan", no_scan(lidar), _passed(port), {port.ticket()})
+            declare_value(self, f"{name}.scan", make_empty_scan(lidar), _add_output_of_input(port), {port.ticket()})
         self.DeclareVectorInputPort("drive.twist_command", count)
         where, state = self.DeclareVectorInputPort("scan_pose", 3), self.DeclareVectorInputPort("state", 5)
         for name, size, port in (
@@ -47,10 +47,10 @@ class DriverStation(LeafSystem):
             ("localization.state", 5, state),
             ("localization.pose", 3, state),
         ):
-            declare_vector(self, name, size, _passed(port, slice(size)), {port.ticket()})
+            declare_vector(self, name, size, _add_output_of_input(port, slice(size)), {port.ticket()})
 
 
-def no_scan(lidar: LidarParameters) -> LaserScan:
+def make_empty_scan(lidar: LidarParameters) -> LaserScan:
     """A scan that measures nothing, as before the first one."""
     return LaserScan(0.0, ranges=np.full(lidar.beams, math.nan), **lidar.scan_fields)
 
@@ -62,9 +62,9 @@ class AskedGoal(LeafSystem):
         super().__init__()
         for name, size in (("goal", 2), ("heading", 1)):
             port = self.DeclareVectorInputPort(name, size)
-            declare_vector(self, name, size, _passed(port, slice(size)), {port.ticket()})
+            declare_vector(self, name, size, _add_output_of_input(port, slice(size)), {port.ticket()})
 
 
-def _passed(port: InputPort, part: slice | None = None) -> Callable[[LeafSystem, Context], Any]:
+def _add_output_of_input(port: InputPort, part: slice | None = None) -> Callable[[LeafSystem, Context], Any]:
     """What an input port holds, or a part of it, as the value of an output."""
     return lambda own, context: port.Eval(context) if part is None else port.Eval(context)[part]

@@ -62,7 +62,9 @@ def warm_up(navigator: "Navigator") -> None:
             )
             rows = np.vstack((make_circle_rows(np.vstack((unit * POSTS, disc_aside))), make_segment_rows(unit * WALLS)))
             for number, (lidar, mount) in enumerate(zip(lidars, mounts, strict=True)):
-                scans.append((number, _scan(rows, pose, lidar, mount, current_time, step_count % LOST == LOST - 1)))
+                scans.append(
+                    (number, _make_scan(rows, pose, lidar, mount, current_time, step_count % LOST == LOST - 1))
+                )
             step_count += 1
         told_command, (x, y, yaw) = Told.of(current_time, twist, act.limits), pose.tolist()
         command = navigator.step(
@@ -77,7 +79,7 @@ def warm_up(navigator: "Navigator") -> None:
             Pose(*pose), convert_to_velocity(twist), convert_to_velocity(command.twist), act.hold, act.limits
         )
         pose, twist = np.array(next_pose), command.twist
-    observation = Observation(None, _scan(rows, pose, lidars[0], mounts[0], current_time, False), pose)
+    observation = Observation(None, _make_scan(rows, pose, lidars[0], mounts[0], current_time, False), pose)
     average_scans((observation, observation), math.inf)  # asked only where hits seem to close the way
     _revise_roadmap(navigator, observation)
     load_uncalled()
@@ -118,7 +120,7 @@ def load_uncalled() -> None:
             function.compile(signature)
 
 
-def _scan(
+def _make_scan(
     rows: np.ndarray, pose: np.ndarray, lidar: LidarParameters, mount: Mount, now: float, lost: bool
 ) -> LaserScan:
     """What a lidar sees of shapes, with a little noise."""

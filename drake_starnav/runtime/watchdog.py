@@ -44,7 +44,7 @@ class Ramp(NamedTuple):
         return [*(share * each for each in twist[:-1]), turning]
 
 
-def ramp_of(limits: Any) -> Ramp:
+def read_ramp(limits: Any) -> Ramp:
     """By the `Limits` of a robot."""
     return Ramp(limits.max_deceleration, limits.max_yaw_acceleration, limits.steers > 0.0)
 
@@ -104,13 +104,13 @@ def watch(base: Any, ramp: Ramp, lines: Any = None) -> None:
             twist = ramp.after(twist, PERIOD)
             zeros += not any(twist)
             base.drive(twist)
-            _pause(stream if open_ else None, PERIOD)
+            _wait_for_line(stream if open_ else None, PERIOD)
         elif open_:
-            _pause(stream, 1.0)
+            _wait_for_line(stream, 1.0)
     base.close()
 
 
-def _pause(stream: Any, seconds: float) -> None:
+def _wait_for_line(stream: Any, seconds: float) -> None:
     """Wait, or until a twist comes."""
     if stream is None:
         time.sleep(seconds)

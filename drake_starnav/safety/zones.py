@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.geometry.polyline import signed_distance
-from drake_starnav.geometry.se2 import places
+from drake_starnav.geometry.polyline import measure_signed_distance
+from drake_starnav.geometry.se2 import place_points
 from drake_starnav.parameters import is_number
 from drake_starnav.robot.motion import Motion
 
@@ -51,7 +51,9 @@ class KeepOut(_Place):
     def accepts(self, motion: Motion) -> bool:
         """Return whether the robot keeps its distance, or the one that it has."""
         cover_radius, cover = motion.footprint.cover_radius, motion.footprint.cover
-        distance = signed_distance(self.corners, places(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
+        distance = (
+            measure_signed_distance(self.corners, place_points(motion.pose, cover)).reshape(-1, len(cover)).min(axis=1)
+        )
         return bool(distance.min() >= min(cover_radius + self.margin, distance[0]) - 1e-9)
 
 
@@ -85,7 +87,7 @@ class SpeedZone(_Place):
         if not fast.any():
             return True
         fast[1:] |= fast[:-1]  # where it is slow enough, it has just slowed down
-        return bool((signed_distance(self.corners, motion.position[fast]) > 0.0).all())
+        return bool((measure_signed_distance(self.corners, motion.position[fast]) > 0.0).all())
 
 
 def _keep_corners(zone: KeepOut | SpeedZone) -> None:

@@ -10,11 +10,11 @@ import yaml
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import build
 from drake_starnav.robot import MODEL_FILES, RobotParameters
-from drake_starnav.utils.files import read_text, reason_of
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.files import extract_reason, read_text
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml
 from drake_starnav.worlds import WORLD_KINDS, Model
-from drake_starnav.worlds.formats.world_file import shipped_file
+from drake_starnav.worlds.formats.world_file import find_shipped_file
 
 SAID = ("robot", "lidar")
 """Mappings that the YAML file beside a robot's model may hold, beside the list `lidars`; all else is not read."""
@@ -28,13 +28,13 @@ def move_directives(sections: dict[str, Any], place: str) -> None:
     if not isinstance(directives, list):
         raise StarnavError(f"directives in {place} is {shown(directives)}; allowed: a list of Drake's model directives")
     if not isinstance(world, Tagged):
-        raise _misplaced(place, "no world" if world is None else f"world: {shown(world)}")
+        raise _find_misplaced(place, "no world" if world is None else f"world: {shown(world)}")
     if world.tag != Model.__name__ or world.get("directives"):
-        raise _misplaced(place, f"world: !{world.tag}" if world.tag != Model.__name__ else "world.directives")
+        raise _find_misplaced(place, f"world: !{world.tag}" if world.tag != Model.__name__ else "world.directives")
     world["directives"] = directives
 
 
-def _misplaced(place: str, beside: str) -> StarnavError:
+def _find_misplaced(place: str, beside: str) -> StarnavError:
     allowed_text = "beside world: !Model {start: [x, y, yaw], goal: [x, y]}"
     return StarnavError(f"directives in {place} beside {beside}; allowed: {allowed_text}")
 
@@ -45,16 +45,16 @@ def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:
     world, robots = sections.get("world"), sections.get("robots")
     if isinstance(world, Tagged) and world.tag in WORLD_KINDS:
         for field_ in dataclasses.fields(WORLD_KINDS[world.tag]):
-            if field_.metadata.get("path") and shipped_file(str(world.get(field_.name))) is None:
+            if field_.metadata.get("path") and find_shipped_file(str(world.get(field_.name))) is None:
                 _make_absolute(world, "world", field_.name, folder)
         if world.tag == Model.__name__ and "directives" in world:
-            world["directives"] = with_absolute_files(world["directives"], folder)
+            world["directives"] = make_files_absolute(world["directives"], folder)
     for robot in [sections.get("robot"), *(robots if isinstance(robots, list) else [])]:
         if isinstance(robot, dict) and str(robot.get("model")).endswith(MODEL_FILES):  # else it names a shipped robot
             _make_absolute(robot, "robot", "model", folder)
 
 
-def with_absolute_files(directives: Any, folder: Path) -> Any:
+def make_files_absolute(directives: Any, folder: Path) -> Any:
     """Model directives, a list or a text that holds one, whose relative paths begin at a folder: Drake takes only URIs.
 
     What is neither stays as it is, and so does a text without such paths.
@@ -76,10 +76,10 @@ def with_absolute_files(directives: Any, folder: Path) -> Any:
     for part in relative:
         _make_absolute(part, "directives", "file", folder)
         part["file"] = f"file://{part['file']}"
-    return directives_text(entries) if relative else directives
+    return format_directives(entries) if relative else directives
 
 
-def directives_text(directives: list[Any]) -> str:
+def format_directives(directives: list[Any]) -> str:
     """Directives as the text of a file of Drake's."""
     return yaml.dump({"directives": directives}, Dumper=SectionDumper, sort_keys=False)
 
@@ -91,19 +91,19 @@ def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
             mapping[key] = str((folder / Path(value).expanduser()).resolve())
         except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
             raise StarnavError(
-                f"{section}.{key} is {shown(value)} ({reason_of(error)}); allowed: the path of a file"
+                f"{section}.{key} is {shown(value)} ({extract_reason(error)}); allowed: the path of a file"
             ) from None
 
 
-def limits_file(model: str) -> Path | None:
+def find_limits_file(model: str) -> Path | None:
     """The file `X.yaml` beside the `X.urdf` or `X.urdf.xacro` of `robot.model`, if there is one."""
     own = model.endswith(MODEL_FILES)
-    path = Path(model) if own else model_path("robots", model)
+    path = Path(model) if own else find_model_path("robots", model)
     neighbour_file = path.with_name(f"{path.name.partition('.')[0] if own else path.name}.yaml")
     return neighbour_file if neighbour_file.is_file() else None
 
 
-def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
+def read_model_sections(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     """The sections `robot`, `lidar` and `lidars` of a model's file, over which those of a scenario are to be laid.
 
     Without `model`, and without what the scenario's sections say otherwise; empty where there is no file.
@@ -111,7 +111,7 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         StarnavError: the file is no YAML file, or a section no mapping.
     """
-    path = limits_file(model)
+    path = find_limits_file(model)
     if path is None:
         return {}
     content = load_yaml(read_text(path, f"{path} beside robot.model"), str(path), Loader)
@@ -122,11 +122,11 @@ def of_model(model: str, sections: Mapping[str, Any]) -> dict[str, Any]:
         part, own = content.get(name) or {}, sections.get(name)
         if not isinstance(part, dict):
             raise StarnavError(f"{path}: {name} is {shown(part)}; allowed: a mapping, as in a scenario")
-        model_sections[name] = {key: value for key, value in beneath(part, own).items() if key != "model"}
+        model_sections[name] = {key: value for key, value in lay_beneath(part, own).items() if key != "model"}
     return model_sections
 
 
-def beneath(lower: Any, upper: Any) -> dict[str, Any]:
+def lay_beneath(lower: Any, upper: Any) -> dict[str, Any]:
     """What a mapping says beneath another one, or nothing if it is none: no shape, if the upper one says a shape."""
     has_own = isinstance(upper, dict) and any(key in upper for key in SHAPE)
     return {
@@ -136,7 +136,7 @@ def beneath(lower: Any, upper: Any) -> dict[str, Any]:
     }
 
 
-def with_one_shape(robot: Any) -> Any:
+def keep_one_shape(robot: Any) -> Any:
     """The section `robot` of a scenario with `radius` or `footprint`: [] is no footprint, 0 beside one no radius.
 
     Raises:

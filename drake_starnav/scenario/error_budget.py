@@ -168,7 +168,9 @@ class ErrorBudget(NamedTuple):
 _CODES = {name: term.code for name, term in SYMBOLS.items()}, tuple(term.code for term in TERMS)
 
 
-def error_budget(scenario: Scenario, mount: Mount = ON_AXIS, lidar: LidarParameters | None = None) -> ErrorBudget:
+def evaluate_error_budget(
+    scenario: Scenario, mount: Mount = ON_AXIS, lidar: LidarParameters | None = None
+) -> ErrorBudget:
     """The formulas, evaluated for what a scenario declares, and for one of its lidars; None: for `lidar`."""
     symbols, terms = _CODES
     known_symbols = {"__builtins__": {"max": max, "min": min, "floor": math.floor}, **vars(scenario), "mount": mount}

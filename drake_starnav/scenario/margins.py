@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.margins import Margins, ViewRetention
 
@@ -39,7 +39,7 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
     """
     lidars = scenario.all_lidars
     mounts = mounts or (ON_AXIS,) * len(lidars)
-    budgets = [error_budget(scenario, *each) for each in zip(mounts, lidars, strict=True)]
+    budgets = [evaluate_error_budget(scenario, *each) for each in zip(mounts, lidars, strict=True)]
     safety, noise = max(budget.total for budget in budgets), max(lidar.noise for lidar in lidars)
     if safety > LARGEST_MARGIN:
         raise StarnavError(

@@ -17,11 +17,11 @@ from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.safety.zones import ZONE_KINDS
 from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
-from drake_starnav.scenario.shipped import method_settings, own_method, scenario_names
+from drake_starnav.scenario.shipped import import_own_method, list_scenario_names, read_method_settings
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.imported import import_named
-from drake_starnav.utils.resources import model_path
-from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_yaml, read_mapping, section
+from drake_starnav.utils.resources import find_model_path
+from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, format_section, load_yaml, read_mapping
 from drake_starnav.worlds import WORLD_KINDS, Model, is_world_kind
 from drake_starnav.worlds.world import check_numbers
 
@@ -31,7 +31,7 @@ GIVEN_ENDS = ("Obstacles", "RosMap", "Model")
 """Kinds of worlds with a `start` and a `goal`, which are those of the first of several robots."""
 
 
-def scenario_path(name_or_path: str | Path) -> Path:
+def find_scenario(name_or_path: str | Path) -> Path:
     """The file of a shipped scenario, or the one at a path; a `StarnavError` if there is neither."""
     path, name_or_path = Path(name_or_path), str(name_or_path)
     if path.suffix in MODEL_FILES:
@@ -41,19 +41,19 @@ def scenario_path(name_or_path: str | Path) -> Path:
         )
     if path.suffix in (".yaml", ".yml") or os.path.isfile(path):
         return path
-    if name_or_path not in scenario_names():
-        known_names = [*scenario_names(), "a path to a YAML file"]
+    if name_or_path not in list_scenario_names():
+        known_names = [*list_scenario_names(), "a path to a YAML file"]
         raise unknown_name(f"scenario {shown(name_or_path)}", "" if path.suffix else name_or_path, known_names)
-    return model_path("scenarios", f"{name_or_path}.yaml")
+    return find_model_path("scenarios", f"{name_or_path}.yaml")
 
 
 def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: Sequence[str] = ()) -> Scenario:
     """A shipped scenario by name, or one from a YAML file by path; arguments and errors as in `loading.load_scenario`.
 
-    What the scenario does not say is taken from the YAML file beside the robot's model, see `directives.of_model`.
+    What the scenario does not say is taken from the YAML file beside the robot's model, see `read_model_sections`.
     """
-    path = scenario_path(name_or_path)
-    own_method(method)  # a module that is missing is told before anything runs
+    path = find_scenario(name_or_path)
+    import_own_method(method)  # a module that is missing is told before anything runs
     text = read_text(path, f"scenario file {path}")
     name = os.fsencode(path.stem).decode("utf-8", errors="replace")
     return parse_scenario(
@@ -81,41 +81,41 @@ def parse_scenario(
     if folder is not None:
         directives.make_paths_absolute(sections, Path(folder))
     for override in overrides:
-        _override(sections, override)
+        _read_override(sections, override)
     directives.make_paths_absolute(sections, Path.cwd())
-    method_settings(method)
+    read_method_settings(method)
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
-    robots = _robots(sections, name, place, method)
+    robots = _make_robot_scenarios(sections, name, place, method)
     if robots:
         world, (start, goal) = sections.get("world"), (robots[0].start, robots[0].goals[-1][:2])
         if isinstance(world, Tagged) and world.tag in GIVEN_ENDS:
-            sections["world"] = section({"start": list(start or ()), "goal": list(goal), **world}, world.tag)
-    scenario = _scenario(sections, name, place, method)
+            sections["world"] = format_section({"start": list(start or ()), "goal": list(goal), **world}, world.tag)
+    scenario = _make_scenario(sections, name, place, method)
     shared_robots = [dataclasses.replace(robot, world=scenario.world) for robot in robots]
     return dataclasses.replace(scenario, robots=tuple(shared_robots)) if robots else scenario
 
 
-def _scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
-    robot = sections["robot"] = directives.with_one_shape(sections.get("robot"))
+def _make_scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
+    robot = sections["robot"] = directives.keep_one_shape(sections.get("robot"))
     model = str(robot.get("model", RobotParameters.model) if isinstance(robot, dict) else RobotParameters.model)
-    limits, parts = directives.of_model(model, sections), {}
+    limits, parts = directives.read_model_sections(model, sections), {}
     robot_section = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
     if model.endswith(MODEL_FILES) and not robot_section.keys() & set(directives.SHAPE):
         sections["robot"]["radius"] = 0.0  # as of the model
-    settings = method_settings(method)
+    settings = read_method_settings(method)
     for key, cls in SECTIONS.items():
-        base = build(cls, limits.get(key), f"{directives.limits_file(model)}: {key}" if key in limits else key)
+        base = build(cls, limits.get(key), f"{directives.find_limits_file(model)}: {key}" if key in limits else key)
         parts[key] = build(cls, sections.get(key), key, base=build(cls, settings.get(key), key, base=base))
-    parts |= _lidars(sections.get("lidars", limits.get("lidars")), parts["lidar"])
-    configs: dict[str, Any] = {key: _drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
-    parts["goals"] = _goals(sections.get("goals"))
-    parts["zones"] = _zones(sections.get("zones"))
-    return Scenario(name=name, world=_world(sections.get("world"), place), method=method, **parts, **configs)
+    parts |= _make_lidar_sections(sections.get("lidars", limits.get("lidars")), parts["lidar"])
+    configs: dict[str, Any] = {key: _read_drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
+    parts["goals"] = _read_goals(sections.get("goals"))
+    parts["zones"] = _read_zones(sections.get("zones"))
+    return Scenario(name=name, world=_read_world(sections.get("world"), place), method=method, **parts, **configs)
 
 
-def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> list[Scenario]:
+def _make_robot_scenarios(sections: dict[str, Any], name: str, place: str, method: str) -> list[Scenario]:
     """A scenario for each of the `robots` in the sections of a scenario, which are taken out of them."""
     robot_list = sections.pop("robots", None)
     if robot_list is None:
@@ -143,23 +143,23 @@ def _robots(sections: dict[str, Any], name: str, place: str, method: str) -> lis
         robot_name = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
         if not isinstance(robot_name, str) or not robot_name or re.search(NOT_IN_NAMES, robot_name):
             raise StarnavError(f"{at}.name is {shown(robot_name)}; allowed: a text of letters, digits, _, - and .")
-        own = {**sections, **parts, "robot": {**directives.beneath(common, own), **own}, "goals": goals}
+        own = {**sections, **parts, "robot": {**directives.lay_beneath(common, own), **own}, "goals": goals}
         try:
-            robot = _scenario(own, robot_name, place, method)
+            robot = _make_scenario(own, robot_name, place, method)
         except StarnavError as error:
             raise StarnavError(f"{at}: {error}") from None
         robots.append(dataclasses.replace(robot, start=(float(x), float(y), float(yaw))))
     if len({robot.name for robot in robots}) < len(robots):
         raise StarnavError(f"robots are named {', '.join(robot.name for robot in robots)}; allowed: each name once")
-    return among_each_other(robots)
+    return declare_each_other(robots)
 
 
-def among_each_other(robots: Sequence[Scenario]) -> list[Scenario]:
+def declare_each_other(robots: Sequence[Scenario]) -> list[Scenario]:
     """The scenarios of robots to each of which the others are obstacles that move, as fast and as large as they are."""
-    return [_among(robot, [other.robot for other in robots if other is not robot]) for robot in robots]
+    return [_declare_others(robot, [other.robot for other in robots if other is not robot]) for robot in robots]
 
 
-def _among(robot: Scenario, others: list[RobotParameters]) -> Scenario:
+def _declare_others(robot: Scenario, others: list[RobotParameters]) -> Scenario:
     obstacles = robot.obstacles
     fastest = max(obstacles.max_speed, *(other.max_speed for other in others))
     largest = max(obstacles.max_radius, *(other.radius for other in others))
@@ -168,39 +168,41 @@ def _among(robot: Scenario, others: list[RobotParameters]) -> Scenario:
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:
     """Write a scenario to a YAML file; `load_scenario` reads back an equal one if the file has its name."""
-    write_text(Path(path), scenario_text(scenario))
+    write_text(Path(path), format_scenario(scenario))
 
 
-def scenario_text(scenario: Scenario) -> str:
+def format_scenario(scenario: Scenario) -> str:
     """The scenario as YAML text that `parse_scenario` reads back to an equal one; every key is written out."""
     sections: dict[str, Any] = {}
     if scenario.world is not None:
         kind = type(scenario.world)
         is_shipped = kind.__module__.startswith("drake_starnav.")  # another is found by its module, also by workers
         tag = kind.__name__ if is_shipped else f"{kind.__module__}:{kind.__qualname__}"
-        sections["world"] = section(_declared(scenario.world), tag)
-    sections |= {key: section(_declared(getattr(scenario, key))) for key in SECTIONS}
+        sections["world"] = format_section(_list_declared(scenario.world), tag)
+    sections |= {key: format_section(_list_declared(getattr(scenario, key))) for key in SECTIONS}
     if scenario.lidars:
-        sections["lidars"] = [section(_declared(each)) for each in scenario.lidars]
+        sections["lidars"] = [format_section(_list_declared(each)) for each in scenario.lidars]
     if scenario.goals:
         sections["goals"] = [list(goal) for goal in scenario.goals]
     if scenario.zones:
-        sections["zones"] = [section(_zone(zone), type(zone).__name__) for zone in scenario.zones]
+        sections["zones"] = [format_section(_write_zone(zone), type(zone).__name__) for zone in scenario.zones]
     if scenario.robots:
-        sections["robots"] = [_robot_section(robot) for robot in scenario.robots]
-    sections |= {key: section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
+        sections["robots"] = [_make_robot_section(robot) for robot in scenario.robots]
+    sections |= {key: format_section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
     return yaml.dump(
         sections, Dumper=SectionDumper, default_flow_style=None, sort_keys=False, width=math.inf, allow_unicode=True
     )
 
 
-def _robot_section(robot: Scenario) -> Tagged:
+def _make_robot_section(robot: Scenario) -> Tagged:
     own_keys = {"name": robot.name, "start": list(robot.start or ()), "goals": [list(goal) for goal in robot.goals]}
-    lidars = {"lidars": [section(_declared(each)) for each in robot.lidars]} if robot.lidars else {}
-    return section({**own_keys, **_declared(robot.robot), "lidar": section(_declared(robot.lidar)), **lidars})
+    lidars = {"lidars": [format_section(_list_declared(each)) for each in robot.lidars]} if robot.lidars else {}
+    return format_section(
+        {**own_keys, **_list_declared(robot.robot), "lidar": format_section(_list_declared(robot.lidar)), **lidars}
+    )
 
 
-def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
+def _make_lidar_sections(listed: Any, base: LidarParameters) -> dict[str, Any]:
     """The sections `lidar` and `lidars` of a scenario that lists lidars, each with the values of a base."""
     if listed is None:
         return {}
@@ -210,7 +212,7 @@ def _lidars(listed: Any, base: LidarParameters) -> dict[str, Any]:
     return {"lidar": lidars[0], "lidars": lidars}
 
 
-def _goals(listed: Any) -> tuple[tuple[float, ...], ...]:
+def _read_goals(listed: Any) -> tuple[tuple[float, ...], ...]:
     if listed is None:
         return ()
     if not isinstance(listed, list) or not listed or not all(isinstance(goal, list) for goal in listed):
@@ -218,7 +220,7 @@ def _goals(listed: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(map(tuple, listed))
 
 
-def _zones(listed: Any) -> tuple[Any, ...]:
+def _read_zones(listed: Any) -> tuple[Any, ...]:
     if listed is None:
         return ()
     tags = ", ".join(f"!{name}" for name in ZONE_KINDS)
@@ -243,11 +245,11 @@ def _zones(listed: Any) -> tuple[Any, ...]:
     return tuple(zones)
 
 
-def _zone(zone: Any) -> dict[str, Any]:
+def _write_zone(zone: Any) -> dict[str, Any]:
     return {**dataclasses.asdict(zone), "polygon": [list(corner) for corner in zone.polygon]}
 
 
-def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
+def _read_drake_config(mapping: Any, key: str) -> dict[str, Any]:
     if mapping is None:
         return {}
     if not isinstance(mapping, dict) or not all(
@@ -257,11 +259,11 @@ def _drake_config(mapping: Any, key: str) -> dict[str, Any]:
     return dict(mapping)
 
 
-def _declared(part: Any) -> dict[str, Any]:
+def _list_declared(part: Any) -> dict[str, Any]:
     return {field.name: getattr(part, field.name) for field in declared(part)}
 
 
-def _override(sections: dict[str, Any], text: str) -> None:
+def _read_override(sections: dict[str, Any], text: str) -> None:
     key, separator, value = text.partition("=")
     names = key.split(".")
     if key not in LISTS and (not separator or len(names) != 2 or not all(names)):
@@ -290,7 +292,7 @@ def _override(sections: dict[str, Any], text: str) -> None:
     sections[part][names[1]] = parsed_value
 
 
-def _world(mapping: Any, place: str) -> Any:
+def _read_world(mapping: Any, place: str) -> Any:
     if mapping is None:  # of a robot that is not simulated
         return None
     if not isinstance(mapping, Tagged):
@@ -303,5 +305,5 @@ def _world(mapping: Any, place: str) -> Any:
         raise StarnavError(f"world !{mapping.tag} in {place} is {shown(kind)}; allowed: a dataclass with a method make")
     values = dict(mapping)
     if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
-        values["directives"] = directives.directives_text(values["directives"])
+        values["directives"] = directives.format_directives(values["directives"])
     return build(kind, values, "world")

@@ -24,7 +24,7 @@ from drake_starnav.parameters import Checked, is_number, parameter
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut, SpeedZone
-from drake_starnav.scenario.shipped import method_settings, own_method
+from drake_starnav.scenario.shipped import import_own_method, read_method_settings
 from drake_starnav.worlds.world import check_numbers
 
 
@@ -189,13 +189,13 @@ def check_method(scenario: Scenario, method: str | None) -> str:
     """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     method = scenario.method if method is None else method
-    kind = method_settings(method).get("controller", {}).get("kind", "star")
+    kind = read_method_settings(method).get("controller", {}).get("kind", "star")
     if scenario.controller.kind != kind and method != "star":
         raise StarnavError(
             f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "
             f"of load_scenario(..., method={method!r})"
         )
-    if method != scenario.method and own_method(method) is not None:
+    if method != scenario.method and import_own_method(method) is not None:
         raise StarnavError(
             f"method is {method}, and the scenario was loaded with {scenario.method}; allowed: that, or a scenario of "
             f"load_scenario(..., method={method!r})"
@@ -203,7 +203,7 @@ def check_method(scenario: Scenario, method: str | None) -> str:
     return method
 
 
-def in_world(scenario: Scenario, number: int | None) -> Scenario:
+def select_world(scenario: Scenario, number: int | None) -> Scenario:
     """The scenario in the world of that number, for kinds of numbered worlds; as it is where the number is None."""
     if number is None:
         return scenario

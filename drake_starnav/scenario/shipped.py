@@ -5,7 +5,7 @@ from typing import Any, cast
 
 from drake_starnav.errors import shown
 from drake_starnav.utils.imported import import_named
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
     "star": {},
@@ -20,7 +20,7 @@ controller alone. Enter it here by a name, as a function or as module:function, 
 """
 
 
-def method_settings(name: str) -> dict[str, dict[str, Any]]:
+def read_method_settings(name: str) -> dict[str, dict[str, Any]]:
     """What a method sets in a scenario; a `StarnavError` if there is none of that name. Imports nothing."""
     found_settings = METHODS.get(name, {})
     if name not in METHODS and ":" not in name:
@@ -30,18 +30,18 @@ def method_settings(name: str) -> dict[str, dict[str, Any]]:
     return found_settings if isinstance(found_settings, dict) else {}
 
 
-def own_method(name: str) -> Callable[[Any], Any] | None:
+def import_own_method(name: str) -> Callable[[Any], Any] | None:
     """The function of a method of the user's own, from a scenario to its parts; None of a shipped one.
 
     Raises:
         StarnavError: there is no such method, see `import_named`.
     """
-    found_method = METHODS[name] if name in METHODS else name if ":" in name else method_settings(name)
+    found_method = METHODS[name] if name in METHODS else name if ":" in name else read_method_settings(name)
     if isinstance(found_method, str):
         return cast(Callable[[Any], Any], import_named("method", found_method))
     return None if isinstance(found_method, dict) else found_method
 
 
-def scenario_names() -> list[str]:
+def list_scenario_names() -> list[str]:
     """Names of the shipped scenarios."""
-    return sorted(path.stem for path in model_path("scenarios").glob("*.yaml"))
+    return sorted(path.stem for path in find_model_path("scenarios").glob("*.yaml"))

@@ -76,9 +76,9 @@ class Shown(LeafSystem):
         for name, port in self.sources.items():
             value = self._navigator.value(port)
             self.values[name] = np.array(value) if isinstance(value, np.ndarray) else value
-        self.values["positions"] = self._positions(*self.values["localization.pose"])
+        self.values["positions"] = self._make_positions(*self.values["localization.pose"])
 
-    def _positions(self, x: float, y: float, yaw: float) -> np.ndarray:
+    def _make_positions(self, x: float, y: float, yaw: float) -> np.ndarray:
         """Of the plant, with the robot there, m and rad."""
         if self._plant.num_positions() == PLANAR:
             return np.array((x, y, yaw))
@@ -97,7 +97,7 @@ def record_log(
     """
     from drake_starnav.visualization.recorder import Recorder  # late: it loads Meshcat
 
-    world = _world(path)
+    world = _make_world_around(path)
     log = read_log(path)
     navigator, ticks = log.navigator(parts), log.ticks
     builder = DiagramBuilder()
@@ -130,12 +130,12 @@ def record_log(
     return recorder.recorded
 
 
-def _world(path: Path) -> World:
+def _make_world_around(path: Path) -> World:
     """An empty world about where a robot was, from its first pose to its last goal."""
     rows: list[tuple[float, float, float]] = []
     goal = None
     for tick in read_log(path).ticks:
-        rows += _poses(tick)
+        rows += _list_poses(tick)
         goal = tick.inputs[3] or goal
     if not rows:
         raise StarnavError(f"{path} has no pose of the robot; allowed: the log of a drive")
@@ -147,6 +147,6 @@ def _world(path: Path) -> World:
     )
 
 
-def _poses(tick: Tick) -> list[tuple[float, float, float]]:
+def _list_poses(tick: Tick) -> list[tuple[float, float, float]]:
     rows = [row for row in tick.inputs[2] if row is not None and all(map(math.isfinite, row))]
     return [(row.x, row.y, row.yaw) for row in rows]

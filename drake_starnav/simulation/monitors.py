@@ -16,7 +16,7 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.station.drive_check import check_drive
 from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.navigation_station import simulated
-from drake_starnav.station.plant import value_of
+from drake_starnav.station.plant import evaluate_port
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.utils.timing import check_period
@@ -107,7 +107,7 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation) -> list[Vector
     return [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in (state, navigation.twist_command)]
 
 
-def watcher(
+def make_watcher(
     simulator: Simulator,
     navigation: Navigation,
     logs: Sequence[VectorLogSink],
@@ -123,14 +123,14 @@ def watcher(
         context = simulator.get_context()
         states, commands = (log.FindLog(context) for log in logs)
         check_drive(simulated(navigation.station), states.sample_times(), states.data().T, commands.data().T, slip=slip)
-        reason = blocked_by(navigation, context)
+        reason = read_blocking_reason(navigation, context)
         if reason != (reports[-1][1] if reports else ""):
             reports.append((now, reason))
 
     return watch
 
 
-def blocked_by(navigation: Navigation, context: Context) -> str:
+def read_blocking_reason(navigation: Navigation, context: Context) -> str:
     """What its planner, if it says so, calls the reason why a robot stands, or has no way; empty without one."""
     port = navigation.planned("blocked_by")
-    return "" if port is None else value_of(port, context)
+    return "" if port is None else evaluate_port(port, context)

@@ -12,9 +12,9 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.robots import RobotTrial, run_robots, worlds_of_robots
+from drake_starnav.simulation.robots import RobotTrial, make_worlds_of_robots, run_robots
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import caption_lines, trial_record
+from drake_starnav.simulation.trial import make_caption_lines, make_trial_record
 
 if TYPE_CHECKING:
     from drake_starnav.visualization.timeline import RecordedRun
@@ -23,7 +23,7 @@ DECIDES = "collision", "struck", "unreachable", "blocked", "occupied", "timeout"
 """Outcomes of which the first that any robot has is that of all."""
 
 
-def driven_record(
+def make_driven_record(
     scenario: Scenario,
     *,
     method: str | None = None,
@@ -33,25 +33,25 @@ def driven_record(
 ) -> dict[str, Any]:
     """Run a scenario of one robot or of several, and return its record; arguments and errors as in `run_trial`."""
     if not scenario.robots:
-        return trial_record(run_trial(scenario, method=method, seed=seed, html=html, progress=progress))
+        return make_trial_record(run_trial(scenario, method=method, seed=seed, html=html, progress=progress))
     trials = run_robots(scenario, method=method, seed=seed, progress=progress)
     if html is not None:
         record_robots(scenario, trials, seed, html)
-    return robots_record(trials)
+    return make_robots_record(trials)
 
 
-def robots_record(trials: Sequence[RobotTrial]) -> dict[str, Any]:
+def make_robots_record(trials: Sequence[RobotTrial]) -> dict[str, Any]:
     """The trials of several robots as one JSON-compatible mapping.
 
     Its figures are those of the robot that decides: the last one to arrive, or one that did not. `min_gap_m` is the
     least of all, `state_hash` is of all, and `robots` holds the record of each.
     """
-    each = [{"robot": robot.robot, "min_gap_m": robot.min_gap_m, **trial_record(robot.trial)} for robot in trials]
+    each = [{"robot": robot.robot, "min_gap_m": robot.min_gap_m, **make_trial_record(robot.trial)} for robot in trials]
     rank = {outcome: number for number, outcome in enumerate(reversed(DECIDES), start=1)}
     decides = max(trials, key=lambda robot: (rank.get(robot.trial.outcome, 0), robot.trial.time_s)).trial
     states = hashlib.sha256("".join(robot.trial.state_hash for robot in trials).encode()).hexdigest()
     gap = min(robot.min_gap_m for robot in trials)
-    return {**trial_record(decides), "min_gap_m": gap, "state_hash": states, "robots": each}
+    return {**make_trial_record(decides), "min_gap_m": gap, "state_hash": states, "robots": each}
 
 
 def record_robots(
@@ -74,10 +74,10 @@ def record_robots(
     from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
 
     driven_trials = [
-        Driven(each.robot, robot.robot, each.motion, caption_lines(each.trial)[-1], robot.goals)
+        Driven(each.robot, robot.robot, each.motion, make_caption_lines(each.trial)[-1], robot.goals)
         for each, robot in zip(trials, scenario.robots, strict=True)
     ]
-    world = worlds_of_robots(scenario, seed)[0]
+    world = make_worlds_of_robots(scenario, seed)[0]
     line = f"{counted(len(driven_trials), 'robot')}, method {trials[0].trial.method}, seed {seed}"
     return record_tracks(scenario, driven_trials, world, line, html, view, shown)
 

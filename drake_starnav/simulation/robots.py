@@ -18,33 +18,33 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerT
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import Footprint, disc, overlap
+from drake_starnav.geometry.footprint import Footprint, disc, is_overlapping
 from drake_starnav.geometry.trajectory import Motion, find_least_gaps
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.robot import body_top
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import watcher
-from drake_starnav.simulation.run import advance_until, left_by
+from drake_starnav.simulation.monitors import make_watcher
+from drake_starnav.simulation.run import advance_until, read_run
 from drake_starnav.simulation.trial import (
     INTERRUPTED,
     TIMEOUT,
     Run,
     Trial,
-    figures,
-    hull_clearances,
-    omniscient_path,
+    compute_hull_clearances,
+    compute_trial_figures,
+    find_omniscient_path,
 )
 from drake_starnav.station.lidar_mounts import add_collars
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
 from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.plant import (
     DISCRETE_ONLY,
+    evaluate_port,
+    make_plant_config,
     make_simulator,
+    make_simulator_config,
     plant_config,
-    scenario_plant_config,
-    scenario_simulator_config,
-    value_of,
 )
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
@@ -120,15 +120,15 @@ class DrivenRobot:
     stopwatch: Stopwatch
     blocked: list[tuple[float, str]]
 
-    def reached(self, context: Context) -> np.ndarray:
+    def find_arrival_times(self, context: Context) -> np.ndarray:
         """When it reached each of its goals, s; NaN for those that it did not."""
         assert isinstance(self.navigation.goal, GoalSequence)
-        return value_of(self.navigation.goal.GetOutputPort("reached"), context)
+        return evaluate_port(self.navigation.goal.GetOutputPort("reached"), context)
 
-    def gave_up(self, context: Context) -> bool:
+    def has_given_up(self, context: Context) -> bool:
         """Whether its planner found no way."""
         status = self.navigation.planned("status")
-        return status is not None and value_of(status, context) is PlannerStatus.UNREACHABLE
+        return status is not None and evaluate_port(status, context) is PlannerStatus.UNREACHABLE
 
 
 def run_robots(
@@ -157,9 +157,9 @@ def run_robots(
     robots = scenario.robots
     for each in robots:
         check_method(each, method)
-    scenario_simulator_config(scenario.simulator_config)
-    worlds = worlds_of_robots(scenario, seed)
-    shortest = [omniscient_path(w, each.robot.shape, each.goals) for each, w in zip(robots, worlds, strict=True)]
+    make_simulator_config(scenario.simulator_config)
+    worlds = make_worlds_of_robots(scenario, seed)
+    shortest = [find_omniscient_path(w, each.robot.shape, each.goals) for each, w in zip(robots, worlds, strict=True)]
     builder = DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
@@ -168,18 +168,18 @@ def run_robots(
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
         timeout = scenario.simulation.timeout or worlds[0].timeout
         start = time.perf_counter()
-        message = _simulated(simulator, driven_robots, timeout, progress)
+        message = _simulate_robots(simulator, driven_robots, timeout, progress)
         wall = time.perf_counter() - start
-        runs = [_run(simulator, each, message, wall) for each in driven_robots]
+        runs = [_read_run(simulator, each, message, wall) for each in driven_robots]
         motions = [Motion(run.times, run.driven[:, :3]) for run in runs]
         gaps = find_least_gaps([each.robot.shape for each in robots], motions)
         trials = []
         for robot, way, run, gap, motion in zip(driven_robots, shortest, runs, gaps, motions, strict=True):
             until = run.times <= run.elapsed + 1e-9
             own = dataclasses.replace(run, times=run.times[until], driven=run.driven[until])
-            steps: dict[str, Any] = {name: robot.stopwatch.summary(name) for name in STEPS}
-            hull = hull_clearances(robot.world, own, robot.scenario.robot.shape)
-            fields = {**figures(robot.scenario, robot.world, way, own, hull), **steps}
+            steps: dict[str, Any] = {name: robot.stopwatch.summarize(name) for name in STEPS}
+            hull = compute_hull_clearances(robot.world, own, robot.scenario.robot.shape)
+            fields = {**compute_trial_figures(robot.scenario, robot.world, way, own, hull), **steps}
             trial = Trial(scenario=scenario.name, method=method, seed=seed, **fields)
             trials.append(RobotTrial(robot.scenario.name, trial, gap, motion))
         if message == INTERRUPTED:
@@ -189,7 +189,7 @@ def run_robots(
         release(holder)
 
 
-def worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
+def make_worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     """The world of a scenario with `robots`, once for each, with its start and its last goal.
 
     Raises:
@@ -218,7 +218,7 @@ def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
         check_free(world, each.start or (0.0, 0.0, 0.0), each.robot.shape, f"robot {each.name}: start")
     for a, b in itertools.combinations(robots, 2):
         for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
-            if overlap(*_standing(a, one or ()), *_standing(b, other or ())):
+            if is_overlapping(*_cover_place(a, one or ()), *_cover_place(b, other or ())):
                 distance = math.dist((one or ())[:2], (other or ())[:2])
                 raise StarnavError(
                     f"{what} of {a.name} and {b.name} are {distance:.3g} m apart; allowed: where their "
@@ -227,18 +227,18 @@ def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
                 )
 
 
-def _standing(robot: Scenario, place: Sequence[float]) -> tuple[Footprint, np.ndarray]:
+def _cover_place(robot: Scenario, place: Sequence[float]) -> tuple[Footprint, np.ndarray]:
     """What a robot covers at a place (x, y, yaw), or may cover at one (x, y), and its pose."""
     x, y, *yaw = place
     return robot.robot.shape if yaw else disc(robot.robot.radius), np.array((x, y, *(yaw or (0.0,))))
 
 
 def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:
-    """Add a plant with all robots of a scenario in their worlds, as from `worlds_of_robots`, and what drives each."""
+    """Add a plant with all robots of a scenario in `worlds` of `make_worlds_of_robots`, and what drives each."""
     robots, world, settings = scenario.robots, worlds[0], scenario.plant_config
     moving = world.model is not None and world.model.moving
     time_step = scenario.simulation.time_step if moving or DISCRETE_ONLY & set(settings) else 0.0
-    plant, scene_graph = AddMultibodyPlant(scenario_plant_config(settings, plant_config(time_step)), builder)
+    plant, scene_graph = AddMultibodyPlant(make_plant_config(settings, plant_config(time_step)), builder)
     models = []
     for each in robots:
         models.append(add_robot(plant, scene_graph, each.robot, each.start or (0.0, 0.0, 0.0), name=f"{each.name}_"))
@@ -291,14 +291,15 @@ def _add_navigators(
     return driven_robots
 
 
-def _simulated(
+def _simulate_robots(
     simulator: Simulator,
     driven: Sequence[DrivenRobot],
     timeout: float,
     progress: Callable[[float, float], None] | None,
 ) -> str:
     watches = [
-        watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None) for each in driven
+        make_watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None)
+        for each in driven
     ]
 
     def watch(now: float, limit: float) -> None:
@@ -308,23 +309,23 @@ def _simulated(
             progress(now, limit)
 
     def arrived(context: Context) -> bool:
-        return all(np.isfinite(each.reached(context)).all() or each.gave_up(context) for each in driven)
+        return all(np.isfinite(each.find_arrival_times(context)).all() or each.has_given_up(context) for each in driven)
 
     return advance_until(simulator, timeout, watch, arrived)
 
 
-def _run(simulator: Simulator, driven: DrivenRobot, message: str, wall: float) -> Run:
+def _read_run(simulator: Simulator, driven: DrivenRobot, message: str, wall: float) -> Run:
     """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
     context = simulator.get_context()
-    times = driven.reached(context)
-    touching = driven.monitor.contact_message(driven.monitor.GetMyContextFromRoot(context))
+    times = driven.find_arrival_times(context)
+    touching = driven.monitor.describe_contacts(driven.monitor.GetMyContextFromRoot(context))
     if np.isfinite(times).all():
         message = "reached"
-    elif driven.gave_up(context):
+    elif driven.has_given_up(context):
         message = "unreachable"
     elif message != INTERRUPTED:
         message = TIMEOUT
     message = touching or message
-    run = left_by(simulator, driven.navigation, driven.logs[0], message, wall)
+    run = read_run(simulator, driven.navigation, driven.logs[0], message, wall)
     elapsed_time = float(times[-1]) if message == "reached" else run.elapsed
     return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(driven.blocked))

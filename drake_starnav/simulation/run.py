@@ -19,20 +19,20 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import add_monitors, blocked_by, watcher
+from drake_starnav.simulation.monitors import add_monitors, make_watcher, read_blocking_reason
 from drake_starnav.simulation.trial import (
     INTERRUPTED,
     TIMEOUT,
     Run,
     Trial,
-    caption_lines,
-    figures,
-    hull_clearances,
-    omniscient_path,
+    compute_hull_clearances,
+    compute_trial_figures,
+    find_omniscient_path,
+    make_caption_lines,
 )
 from drake_starnav.station.navigation_station import add_station, simulated
-from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.plant import advance, make_simulator, scenario_simulator_config, value_of
+from drake_starnav.station.planar_localization import read_planar_states
+from drake_starnav.station.plant import advance, evaluate_port, make_simulator, make_simulator_config
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
@@ -84,7 +84,7 @@ def run_trial(
         KeyboardInterrupt: Ctrl-C; what was driven until then is in the files.
     """
     method = check_method(scenario, method)
-    scenario_simulator_config(scenario.simulator_config)  # refused before the run
+    make_simulator_config(scenario.simulator_config)  # refused before the run
     check_outputs([None if path is None else Path(path) for path in (html, csv)])
     check_kind(parts, Parts, "parts", "of your own")
     if parts.station is not None:
@@ -96,7 +96,7 @@ def run_trial(
         x, y, *_ = scenario.goals[-1]
         world = dataclasses.replace(world, goal=(x, y))
     # first: a world too large for it is refused at once
-    shortest = omniscient_path(world, scenario.robot.shape, scenario.goals)
+    shortest = find_omniscient_path(world, scenario.robot.shape, scenario.goals)
     observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
         from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
@@ -115,29 +115,29 @@ def run_trial(
         holder = diagram = builder.Build()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
         reports: list[tuple[float, str]] = []
-        watch = watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
+        watch = make_watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
         start = time.perf_counter()
         message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
         end = simulator.get_context()
-        if message.startswith("unreachable") and (area := blocked_by(navigation, end)):
+        if message.startswith("unreachable") and (area := read_blocking_reason(navigation, end)):
             reports.append((end.get_time(), area))
-        run = left_by(simulator, navigation, logs[0], message, time.perf_counter() - start)
+        run = read_run(simulator, navigation, logs[0], message, time.perf_counter() - start)
         run = dataclasses.replace(run, blocked=tuple(reports))
-        steps: dict[str, Any] = {name: stopwatch.summary(name) for name in STEPS}
+        steps: dict[str, Any] = {name: stopwatch.summarize(name) for name in STEPS}
         by = (
             method
             if parts.controller is None
             else getattr(parts.controller, "__name__", type(parts.controller).__name__)
         )
-        hull = hull_clearances(world, run, scenario.robot.shape)
-        trial_figures = figures(scenario, world, shortest, run, hull)
+        hull = compute_hull_clearances(world, run, scenario.robot.shape)
+        trial_figures = compute_trial_figures(scenario, world, shortest, run, hull)
         trial = Trial(scenario=scenario.name, method=by, seed=seed, **trial_figures, **steps)
         if csv is not None:
             rows = np.column_stack((run.times, run.driven, hull[1]))
             lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
             write_text(Path(csv), "\n".join(lines) + "\n")
         for each in observers:
-            each.finish(caption_lines(trial), Motion(run.times, run.driven[:, :3]))
+            each.finish(make_caption_lines(trial), Motion(run.times, run.driven[:, :3]))
         if trial.outcome == INTERRUPTED:
             kept_files = ", ".join(str(path) for path in (html, csv) if path is not None)
             raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{f', in {kept_files}' if kept_files else ''}")
@@ -146,26 +146,26 @@ def run_trial(
         release(holder)
 
 
-def left_by(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
+def read_run(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
     """What a simulation leaves of a robot, by the log of its states, why the run ended and how long it took, s."""
     context = simulator.get_context()
     record, station = log.FindLog(context), simulated(navigation.station)
     times, states = record.sample_times(), record.data()
     if times[-1] < context.get_time():
-        end = value_of(station.plant.get_state_output_port(station.robot_model), context)
+        end = evaluate_port(station.plant.get_state_output_port(station.robot_model), context)
         times, states = np.append(times, context.get_time()), np.column_stack((states, end))
     nodes = 0
     if isinstance(navigation.planner, StarRoadmapPlanner):
-        nodes = len(value_of(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
+        nodes = len(evaluate_port(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
     reached_times: tuple[float, ...] = ()
     if isinstance(navigation.goal, GoalSequence):
-        times_reached = value_of(navigation.goal.GetOutputPort("reached"), context).tolist()
+        times_reached = evaluate_port(navigation.goal.GetOutputPort("reached"), context).tolist()
         reached_times = tuple(time for time in times_reached if math.isfinite(time))
     return Run(
         message=message,
         elapsed=context.get_time(),
         times=times.copy(),
-        driven=planar_states(states.T, station.plant.num_positions(station.robot_model)),
+        driven=read_planar_states(states.T, station.plant.num_positions(station.robot_model)),
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
         nodes=nodes,
         wall=wall,

@@ -12,13 +12,13 @@ from drake_starnav.geometry.footprint import Footprint, as_footprint
 from drake_starnav.geometry.trajectory import compute_motion_metrics, sample_evenly, select_samples
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.monitors import COLLISION, contact_in, contact_said
+from drake_starnav.station.monitors import COLLISION, describe_contact, find_contact
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_roadmap_planner import NO_WAY, STANDSTILL
-from drake_starnav.worlds.clearance import body_clearance
-from drake_starnav.worlds.moving_obstacles import moving_obstacle_clearance
-from drake_starnav.worlds.solvable import leg_through, poses_at
-from drake_starnav.worlds.view import tightest_gap
+from drake_starnav.worlds.clearance import compute_body_clearance
+from drake_starnav.worlds.moving_obstacles import compute_moving_obstacle_clearance
+from drake_starnav.worlds.solvable import find_leg, make_poses
+from drake_starnav.worlds.view import find_tightest_gap
 from drake_starnav.worlds.world import World
 
 INTERRUPTED = "interrupted"
@@ -55,7 +55,7 @@ class Trial:
             the disc around it; where that has no way, but the robot has, that of the largest disc inside it.
         straight_line_m: from the start to the goal, by way of the others.
         tightest_gap_m: least width of the free space along the shortest path; None where nothing narrows it.
-        score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `benchmark_score`.
+        score: of the benchmark that the world is from, 0 to 0.5; None for other worlds. See `compute_benchmark_score`.
         min_clearance_m: least distance of the footprint to an obstacle, except the moving ones of a model file;
             negative in a collision.
         mean_speed_mps: path length over time.
@@ -128,7 +128,7 @@ class Run:
     goals: tuple[float, ...] = ()
 
 
-def figures(
+def compute_trial_figures(
     scenario: Scenario,
     world: World,
     shortest: tuple[float, np.ndarray] | None,
@@ -137,7 +137,7 @@ def figures(
 ) -> dict[str, Any]:
     """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove.
 
-    The shortest path for comparison is as in `omniscient_path`, the clearances of the robot as in `hull_clearances`.
+    The shortest path is that of `find_omniscient_path`, the clearances are those of `compute_hull_clearances`.
     """
     path = run.driven[:, :2]
     kept_samples_of_path = select_samples(run.times, path, PATH_TOLERANCE)
@@ -148,7 +148,7 @@ def figures(
     stood_still = length < NEVER_MOVED and run.elapsed > STANDSTILL
     if outcome == TIMEOUT and (stood_still or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"
-    if outcome in (TIMEOUT, "blocked", "unreachable") and goal_occupied(world, run, scenario):
+    if outcome in (TIMEOUT, "blocked", "unreachable") and is_goal_occupied(world, run, scenario):
         outcome = "occupied"
     samples = sample_evenly(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
     motion = compute_motion_metrics(
@@ -156,16 +156,16 @@ def figures(
     )
     return {
         "outcome": outcome,
-        "contact": contact_in(run.message),
+        "contact": find_contact(run.message),
         "blocked_s": blocked_s,
         "blocked_by": blocked_by,
         "goals_s": [round(time, 6) for time in run.goals or [run.elapsed] * (outcome == "reached")],
         "time_s": round(run.elapsed, 6),
         "path_length_m": length,
         "shortest_path_m": None if shortest is None else float(shortest[0]),
-        "straight_line_m": sum(math.dist(*leg) for leg in legs(world, scenario.goals)),
-        "tightest_gap_m": None if shortest is None else _finite(tightest_gap(world, shortest[1])),
-        "score": benchmark_score(outcome, run.elapsed, world.optimal_time),
+        "straight_line_m": sum(math.dist(*leg) for leg in list_legs(world, scenario.goals)),
+        "tightest_gap_m": None if shortest is None else _replace_infinite(find_tightest_gap(world, shortest[1])),
+        "score": compute_benchmark_score(outcome, run.elapsed, world.optimal_time),
         "min_clearance_m": float(clearances.min()),
         "mean_speed_mps": length / run.elapsed if run.elapsed > 0.0 else 0.0,
         **vars(motion),
@@ -177,15 +177,15 @@ def figures(
     }
 
 
-def hull_clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
+def compute_hull_clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
     """Return a footprint's clearances to what stands, and to what stands or moves; each of shape (n,), m."""
     poses = run.driven[:, :3]
-    standing = body_clearance(world, poses, own)
-    moving = moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)
+    standing = compute_body_clearance(world, poses, own)
+    moving = compute_moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)
     return standing, np.minimum(standing, moving)
 
 
-def goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
+def is_goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
     """Whether at the end a moving obstacle leaves the footprint no place within the tolerance of the goal it drives to.
 
     The certificate keeps the safety margin beyond the footprint, at the goal's heading, or at any where it has none.
@@ -193,14 +193,16 @@ def goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
     goals = scenario.goals or [world.goal]
     shape = scenario.robot.shape
     goal = goals[min(len(run.goals), len(goals) - 1)]
-    poses = poses_at(goal, shape)
+    poses = make_poses(goal, shape)
     heading_step = HEADING_TOLERANCE if len(goal) > 2 else math.pi / len(poses)
-    room = moving_obstacle_clearance(world.moving_obstacles, poses, np.full(len(poses), run.elapsed), shape).max()
+    room = compute_moving_obstacle_clearance(
+        world.moving_obstacles, poses, np.full(len(poses), run.elapsed), shape
+    ).max()
     nearer = scenario.simulation.goal_tolerance + heading_step * shape.lever
     return bool(room + nearer < derive_margins(scenario).safety)
 
 
-def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
+def compute_benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
     """OT / clip(AT, 2 OT, 8 OT) of a trial that reached the goal, 0 of another one; None without an optimal time.
 
     `time` is AT, until the outcome, and `optimal_time` OT of the world, s.
@@ -212,27 +214,27 @@ def benchmark_score(outcome: str, time: float, optimal_time: float | None) -> fl
     return optimal_time / min(max(time, 2.0 * optimal_time), 8.0 * optimal_time) if outcome == "reached" else 0.0
 
 
-def caption_lines(trial: Trial) -> tuple[str, ...]:
+def make_caption_lines(trial: Trial) -> tuple[str, ...]:
     """The caption of a trial's picture."""
     why = trial.blocked_by or ""
     barred_text = why if why.startswith(NO_WAY) else "found no way"
     outcome_texts = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": barred_text}
-    what = trial.outcome if trial.contact is None else contact_said(trial.outcome, trial.contact)
+    what = trial.outcome if trial.contact is None else describe_contact(trial.outcome, trial.contact)
     outcome = outcome_texts.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
-def legs(world: World, goals: Goals) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+def list_legs(world: World, goals: Goals) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
     """Where a robot shall drive: both ends (x, y) of each leg, from the start to the goals, or the world's."""
     places = [world.start[:2], *(goal[:2] for goal in goals or (world.goal,))]
     return list(itertools.pairwise(places))
 
 
-def omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:
+def find_omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:
     """The shortest path of a footprint, or a radius, m, given the full map, to a scenario's goals or else the world's.
 
-    As `way_through`, 5 mm beyond the radius, on a grid of 2 cm, in a world of more than 5 million cells up to 5 cm: it
-    may miss passages with less than 2 to 4 cm to spare. None also where obstacles move.
+    As `find_way_through`, 5 mm beyond the radius, on a grid of 2 cm, in a world of more than 5 million cells up to
+    5 cm: it may miss passages with less than 2 to 4 cm to spare. None also where obstacles move.
     """
     if world.model is not None and world.model.moving:
         return None
@@ -240,8 +242,7 @@ def omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -
     resolution = min(max(math.sqrt((x1 - x0) * (y1 - y0) / 5e6), 0.02), 0.05)
     places = [world.start, *(goals or (world.goal,))]
     found_paths = [
-        leg_through(world, as_footprint(robot), begin, end, 0.005, resolution)
-        for begin, end in itertools.pairwise(places)
+        find_leg(world, as_footprint(robot), begin, end, 0.005, resolution) for begin, end in itertools.pairwise(places)
     ]
     ways = [way for way in found_paths if way is not None]
     if len(ways) < len(found_paths):
@@ -249,12 +250,12 @@ def omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -
     return sum(length for length, _ in ways), np.vstack([path for _, path in ways])
 
 
-def trial_record(trial: Trial) -> dict[str, Any]:
+def make_trial_record(trial: Trial) -> dict[str, Any]:
     """The trial as a JSON-compatible mapping; an infinite clearance (nothing to hit) is null."""
-    clearances = {name: _finite(getattr(trial, name)) for name in ("min_clearance_m", "mean_clearance_m")}
+    clearances = {name: _replace_infinite(getattr(trial, name)) for name in ("min_clearance_m", "mean_clearance_m")}
     return {**vars(trial), **clearances}
 
 
-def _finite(value: float) -> float | None:
+def _replace_infinite(value: float) -> float | None:
     """The value, or None for an infinite one, which JSON cannot represent."""
     return value if math.isfinite(value) else None

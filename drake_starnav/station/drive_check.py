@@ -4,8 +4,8 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.station.navigation_station import StationInterface
-from drake_starnav.station.planar_localization import planar_states
-from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, wheel_rates
+from drake_starnav.station.planar_localization import read_planar_states
+from drake_starnav.station.robot_geometry import RobotModel, compute_wheel_rates, find_drive_geometry
 
 SPAN = 2.0
 """Motion is compared with its command over two spans of this length, one after the other, s."""
@@ -38,7 +38,7 @@ def check_drive(
         return
     first = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
     times, states, commands = (each[first::EVERY] for each in (times, states, commands))
-    rates = np.array((*base.body_rates(commands.T), *planar_states(states, plant.num_positions(model))[:, 3:].T))
+    rates = np.array((*base.body_rates(commands.T), *read_planar_states(states, plant.num_positions(model))[:, 3:].T))
     later = times > times[-1] - SPAN - 1e-9
     means = np.array([rates[:, span].mean(axis=1) for span in (~later, later)])
     told_velocity, done_velocity = means[:, :2], means[:, 2:]
@@ -48,8 +48,8 @@ def check_drive(
     if follows.any() or not is_judged.any(axis=1).all():
         return
     robot = RobotModel(plant, station.scene_graph, model)
-    asked_rate = np.abs(drive_geometry(robot).rates(*rates[:2])).mean()
-    rolled_rate = np.abs(states @ wheel_rates(robot).T).mean()
+    asked_rate = np.abs(find_drive_geometry(robot).rates(*rates[:2])).mean()
+    rolled_rate = np.abs(states @ compute_wheel_rates(robot).T).mean()
     cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"
         if rolled_rate > 0.5 * asked_rate

@@ -20,7 +20,7 @@ from drake_starnav.parameters import build, plain_struct
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
-from drake_starnav.station.world_geometry import upright_prism
+from drake_starnav.station.world_geometry import make_upright_prism
 
 ALIKE = ("lidar", "laser", "scan", "hokuyo", "velodyne", "rplidar", "ouster", "sick", "lds")
 """Parts of the names that lidars' frames have."""
@@ -32,7 +32,7 @@ COLLAR = 0.03
 COLLAR_NAME = "collar"
 
 
-def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[RigidTransform]:
+def find_lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[RigidTransform]:
     """The pose of each lidar's frame in base_link, with all joints at zero.
 
     Raises:
@@ -41,7 +41,7 @@ def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[Ri
     plant, model, links, poses = robot.plant, robot.index, robot.poses(), []
     for k, lidar in enumerate(lidars):
         if not plant.HasFrameNamed(lidar.frame, model):
-            place, names = "lidar" if len(lidars) == 1 else f"lidars[{k}]", ", ".join(_candidates(robot))
+            place, names = "lidar" if len(lidars) == 1 else f"lidars[{k}]", ", ".join(_list_lidar_frames(robot))
             raise StarnavError(
                 f"{place}.frame is {lidar.frame}; allowed: a link or frame of the robot's model, {names}"
             )
@@ -53,7 +53,7 @@ def lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> list[Ri
     return poses
 
 
-def mount_of(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> Mount:
+def find_mount(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> Mount:
     """The mount of a lidar whose frame S is at a pose in base_link, `height` above the floor, m.
 
     Raises:
@@ -82,7 +82,7 @@ def mount_of(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> Mou
     return Mount(x, y, yaw if abs(yaw) > TOLERANCE else 0.0, upward < 0.0, tilt if tilt > TOLERANCE else 0.0)
 
 
-def _candidates(robot: RobotModel) -> list[str]:
+def _list_lidar_frames(robot: RobotModel) -> list[str]:
     """Names of the model's frames that may be lidars'; if there are none, of all but those of joints."""
     frames = (robot.plant.get_frame(FrameIndex(k)) for k in range(robot.plant.num_frames()))
     joints = [joint.name() for joint in robot.joints]
@@ -126,19 +126,19 @@ def ApplyLidarConfig(  # named as Drake's functions of this kind
     Raises:
         StarnavError: a value is not allowed, there is no such frame, plant or scene graph, or a lidar has this name.
     """
-    plant, scene_graph = _found(builder, plant, "plant"), _found(builder, scene_graph, "scene_graph")
+    plant, scene_graph = _find_system(builder, plant, "plant"), _find_system(builder, scene_graph, "scene_graph")
     names = {field.name for field in dataclasses.fields(LidarParameters)}
     parameters = build(LidarParameters, {name: getattr(config, name) for name in names}, "lidar")
     name = f"lidar_sensor_{config.name}"
     if builder.HasSubsystemNamed(name):
         raise StarnavError(f"the diagram has a lidar named {config.name} already; allowed: another name")
-    sensor = LidarSensor(parameters, _mount(config, plant), seed=config.seed)
+    sensor = LidarSensor(parameters, _make_mount(config, plant), seed=config.seed)
     builder.AddNamedSystem(name, sensor)
     builder.Connect(scene_graph.get_query_output_port(), sensor.GetInputPort("geometry_query"))
     return sensor
 
 
-def _found(builder: DiagramBuilder, system: Any, name: str) -> Any:
+def _find_system(builder: DiagramBuilder, system: Any, name: str) -> Any:
     if system is None:
         if not builder.HasSubsystemNamed(name):
             raise StarnavError(f"the diagram has no system named {name}; allowed: one of that name, or {name}=...")
@@ -146,7 +146,7 @@ def _found(builder: DiagramBuilder, system: Any, name: str) -> Any:
     return system
 
 
-def _mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
+def _make_mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
     X_PS, base = config.X_PS, config.X_PS.base_frame or "world"
     try:
         frame = ScopedName.Parse(base)
@@ -177,18 +177,18 @@ def add_collars(
     planes = [
         floor + float(X_BL.translation()[2])
         for each, model, floor in zip(robots, models, floors, strict=True)
-        for X_BL in lidar_poses(RobotModel(plant, scene_graph, model), each.all_lidars)
+        for X_BL in find_lidar_poses(RobotModel(plant, scene_graph, model), each.all_lidars)
     ]
     low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
     for each, base, floor in zip(robots, bases, floors, strict=True):
         robot, bottom, top = each.robot, low - floor, high - floor
         X_BC = RigidTransform([0.0, 0.0, 0.5 * (bottom + top)])
-        prisms = [upright_prism(part, top - bottom, COLLAR_NAME) for part in robot.shape.parts]
+        prisms = [make_upright_prism(part, top - bottom, COLLAR_NAME) for part in robot.shape.parts]
         for k, shape in enumerate([Cylinder(robot.radius, top - bottom)] if robot.shape.is_disc else prisms):
             plant.RegisterCollisionGeometry(base, X_BC, shape, f"{COLLAR_NAME}_{k}", CoulombFriction(0.3, 0.3))
 
 
-def collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
+def find_collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
     """The collars of all robots in a scene."""
     inspector = scene_graph.model_inspector()
     named_geometries = (

@@ -164,7 +164,7 @@ class LidarSensor(LeafSystem):
             self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
             if parameters.delay > 0.0:
                 self.DeclarePeriodicUnrestrictedUpdateEvent(period, parameters.release_offset, self._release)
-            self._measured: Callable[[Context], _Measurement] = weakly(self._shown)
+            self._measured: Callable[[Context], _Measurement] = weakly(self._read_shown)
             needs = {self.abstract_state_ticket(self._state)}
         else:
             measurement = self.DeclareCacheEntry(
@@ -176,16 +176,16 @@ class LidarSensor(LeafSystem):
         declare_value(self, "scan", nothing.scan, lambda own, context: own._measured(context).scan, needs)
         beams = parameters.beams
         declare_vector(self, "ranges", beams, lambda own, context: own._measured(context).scan.ranges, needs)
-        declare_value(self, "point_cloud", PointCloud(0), LidarSensor._point_cloud, needs)
+        declare_value(self, "point_cloud", PointCloud(0), LidarSensor._make_point_cloud, needs)
         declare_value(self, "X_WS", RigidTransform(), LidarSensor._X_WS, needs)
-        declare_vector(self, "pose", 3, LidarSensor._planar_pose, needs)
+        declare_vector(self, "pose", 3, LidarSensor._make_planar_pose, needs)
 
     @property
     def parameters(self) -> LidarParameters:
         """The parameters of the sensor."""
         return self._parameters
 
-    def _pose(self, query: QueryObject) -> np.ndarray:
+    def _find_pose(self, query: QueryObject) -> np.ndarray:
         return (query.GetPoseInWorld(self._parent) @ self._X_PS).GetAsMatrix34()
 
     def _cast(
@@ -198,22 +198,22 @@ class LidarSensor(LeafSystem):
 
     def _measure(self, context: Context, measurement: AbstractValue) -> None:
         query = self._query_port.Eval(context)
-        measurement.set_value(self._cast(context, query, self._pose(query)))
+        measurement.set_value(self._cast(context, query, self._find_pose(query)))
 
-    def _held(self, context: Context) -> _Held:
+    def _read_state(self, context: Context) -> _Held:
         return context.get_abstract_state(self._state).get_value()
 
-    def _shown(self, context: Context) -> _Measurement:
-        return self._held(context).shown
+    def _read_shown(self, context: Context) -> _Measurement:
+        return self._read_state(context).shown
 
     def _begin(self, context: Context, state: State) -> EventStatus:
-        if not is_new_run(context.get_time(), self._held(context).swept):
+        if not is_new_run(context.get_time(), self._read_state(context).swept):
             return EventStatus.DidNothing()
         return self._update(context, state)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        held_scans, query, time = self._held(context), self._query_port.Eval(context), context.get_time()
-        X_WS = self._pose(query)
+        held_scans, query, time = self._read_state(context), self._query_port.Eval(context), context.get_time()
+        X_WS = self._find_pose(query)
         shown_ranges = held_scans.shown
         waiting = held_scans.waiting
         index = find_scan_index(time, self._parameters.rate)
@@ -239,7 +239,7 @@ class LidarSensor(LeafSystem):
         held_scans.set_value(dataclasses.replace(held_scans.get_value(), shown=waiting[index % len(waiting)]))
         return EventStatus.Succeeded()
 
-    def _point_cloud(self, context: Context) -> PointCloud:
+    def _make_point_cloud(self, context: Context) -> PointCloud:
         measured_scan = self._measured(context)
         ranges = measured_scan.scan.ranges
         hit = np.isfinite(ranges)
@@ -252,6 +252,6 @@ class LidarSensor(LeafSystem):
     def _X_WS(self, context: Context) -> RigidTransform:
         return RigidTransform(self._measured(context).X_WS)
 
-    def _planar_pose(self, context: Context) -> tuple[float, float, float]:
+    def _make_planar_pose(self, context: Context) -> tuple[float, float, float]:
         (r_xx, _, _, x), (r_yx, _, _, y), _ = self._measured(context).X_WS.tolist()
         return x, y, math.atan2(r_yx, r_xx)

@@ -32,16 +32,16 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.models.drake_meshes import is_hollow, mesh_triangles
+from drake_starnav.models.drake_meshes import is_hollow, read_shape_triangles
 from drake_starnav.models.model_files import Models
-from drake_starnav.models.model_folders import find
-from drake_starnav.models.parser_warnings import parsing
-from drake_starnav.station.robot_geometry import massless_links, outline, swollen
-from drake_starnav.station.scene_slices import SURFACE, read_solids, seen_geometries
-from drake_starnav.utils.files import no_file
-from drake_starnav.utils.resources import model_path
+from drake_starnav.models.model_folders import find_file
+from drake_starnav.models.parser_warnings import refuse_parser_warnings
+from drake_starnav.station.robot_geometry import find_massless_links, inflate_points, sample_outline
+from drake_starnav.station.scene_slices import SURFACE, find_seen_geometries, read_solids
+from drake_starnav.utils.files import explain_missing_file
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds import check_world, make_world
-from drake_starnav.worlds.footprints import convex_footprint, cylinder_vertices, sphere_footprint
+from drake_starnav.worlds.footprints import make_convex_footprint, make_cylinder_vertices, make_sphere_footprint
 from drake_starnav.worlds.world import ModelFile, World
 
 FLOOR_TOLERANCE = 0.001
@@ -67,12 +67,12 @@ def make_world_with_footprints(
     if height is not None and (world.model is not None or len(world.spheres)):
         world = dataclasses.replace(world, height=height())
     if world.model is not None:
-        world = with_footprints(world)
+        world = add_model_footprints(world)
         check_world(world, kind, robot, goals)
     return world
 
 
-def with_footprints(world: World) -> World:
+def add_model_footprints(world: World) -> World:
     """The world of a model file with the footprints of the file's geometry, up to `height`, as cylinders and polygons.
 
     Raises:
@@ -88,10 +88,10 @@ def with_footprints(world: World) -> World:
     read_solids(inspector, Role.kProximity)  # refuses now what the lidar cannot read
     surfaces = [
         polygon
-        for geometry, X_WG in fixed_geometries(plant, inspector, hollow=True)
-        for polygon in shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
+        for geometry, X_WG in find_fixed_geometries(plant, inspector, hollow=True)
+        for polygon in find_shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     ]
-    fixed_geometry = fixed_geometries(plant, inspector)
+    fixed_geometry = find_fixed_geometries(plant, inspector)
     moving = len(fixed_geometry) < len(inspector.GetAllGeometryIds(Role.kProximity))
     discs: list[tuple[float, float, float]] = []
     polygons: list[np.ndarray] = [*surfaces]
@@ -102,11 +102,11 @@ def with_footprints(world: World) -> World:
         if isinstance(shape, Sphere) or (
             isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
         ):
-            disc = _disc(shape, X_WG, world.height)
+            disc = _find_disc_footprint(shape, X_WG, world.height)
             if disc is not None:
                 discs.append(disc)
             continue
-        polygons += shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
+        polygons += find_shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     return dataclasses.replace(
         world,
         cylinders=np.array(discs),
@@ -115,38 +115,40 @@ def with_footprints(world: World) -> World:
     )
 
 
-def _disc(shape: Sphere | Cylinder, X_WG: RigidTransform, height: float) -> tuple[float, float, float] | None:
+def _find_disc_footprint(
+    shape: Sphere | Cylinder, X_WG: RigidTransform, height: float
+) -> tuple[float, float, float] | None:
     """The footprint of a ball's or an upright cylinder's part from the floor up to a height: x, y, radius, m."""
     x, y, z = X_WG.translation()
     if isinstance(shape, Sphere):
-        return sphere_footprint(X_WG.translation(), shape.radius(), FLOOR_TOLERANCE, height)
+        return make_sphere_footprint(X_WG.translation(), shape.radius(), FLOOR_TOLERANCE, height)
     half = 0.5 * shape.length()
     return (x, y, shape.radius()) if z - half < height and z + half > FLOOR_TOLERANCE else None
 
 
-def shadows(
+def find_shadows(
     inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, low: float, high: float
 ) -> list[np.ndarray]:
     """The footprint of a collision shape's part between two heights, if any; of a hollow mesh those of its triangles,
     as sheets of `SHEET`."""
     if inspector.GetProximityProperties(geometry) is not None:
-        polygon = convex_footprint(shape_vertices(inspector, geometry, X_WG), low, high)
+        polygon = make_convex_footprint(make_shape_vertices(inspector, geometry, X_WG), low, high)
         return [] if polygon is None else [polygon]
-    vertices, triangles = mesh_triangles(inspector.GetShape(geometry), inspector.GetName(geometry))
+    vertices, triangles = read_shape_triangles(inspector.GetShape(geometry), inspector.GetName(geometry))
     corners = vertices[triangles] @ X_WG.rotation().matrix().T + X_WG.translation()
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1)
     is_near = (size > 0.0) & (corners[..., 2].min(axis=1) < high) & (corners[..., 2].max(axis=1) > low)
     half = 0.5 * SHEET * normal[is_near] / size[is_near, None]
     sheets = np.concatenate((corners[is_near] + half[:, None], corners[is_near] - half[:, None]), axis=1)
-    prints = (convex_footprint(sheet, low, high) for sheet in sheets)
+    prints = (make_convex_footprint(sheet, low, high) for sheet in sheets)
     return [polygon for polygon in prints if polygon is not None]
 
 
 def add_packages(parser: Parser) -> None:
     """Let a parser find `package://drake_starnav/...`, the shipped models, and the packages of ROS_PACKAGE_PATH."""
     parser.package_map().PopulateFromRosPackagePath()
-    parser.package_map().AddPackageXml(str(model_path("package.xml")))
+    parser.package_map().AddPackageXml(str(find_model_path("package.xml")))
 
 
 def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) -> None:
@@ -159,11 +161,11 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     parser.SetAutoRenaming(True)
     add_packages(parser)
     place, files = model.path or "directives", Models(weld=model.weld)
-    with parsing(f"model {place}", said=files.said):
+    with refuse_parser_warnings(f"model {place}", said=files.restore_names):
         if model.text:
             instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
         else:
-            model_file = find(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
+            model_file = find_file(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
             instances = parser.AddModels(
                 str(files.model(model_file or Path(parser.package_map().ResolveUrl(model.path))))
             )
@@ -174,7 +176,9 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
             if index not in held_bodies:
                 X_WB = plant.GetDefaultFloatingBaseBodyPose(body)
                 plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
-    for name in massless_links(plant, [index for instance in instances for index in plant.GetBodyIndices(instance)]):
+    for name in find_massless_links(
+        plant, [index for instance in instances for index in plant.GetBodyIndices(instance)]
+    ):
         raise StarnavError(
             f"model {place}: link {name} moves and has no mass; allowed: <inertial> with a mass and an inertia, or "
             "weld: true for a body that no joint holds"
@@ -183,7 +187,7 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     for geometry in sorted(inspector.GetAllGeometryIds(), key=GeometryId.get_value):
         shape = inspector.GetShape(geometry)
         path = Path(shape.source().path()) if isinstance(shape, Mesh | Convex) and shape.source().is_path() else None
-        if path and (why := no_file(path)):
+        if path and (why := explain_missing_file(path)):
             raise StarnavError(f"model {place}: mesh {path}: {why}; allowed: a mesh file")
     _make_surfaces(plant, scene_graph)
 
@@ -208,36 +212,38 @@ def _make_surfaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
 
 def drop_floors(plant: MultibodyPlant, scene_graph: SceneGraph, ground: GeometryId) -> None:
     """Take the collision role from what else than the ground is floor in a plant just finalized."""
-    for geometry in floor_geometries(plant, scene_graph):
+    for geometry in find_floor_geometries(plant, scene_graph):
         if geometry != ground:
             scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
 
 
-def floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:
+def find_floor_geometries(plant: MultibodyPlant, scene_graph: SceneGraph) -> list[GeometryId]:
     """Fixed collision geometries of a finalized plant that rise no higher above z = 0 than `FLOOR_TOLERANCE`."""
     inspector = scene_graph.model_inspector()
-    return [geometry for geometry, X_WG in fixed_geometries(plant, inspector) if _is_floor(inspector, geometry, X_WG)]
+    return [
+        geometry for geometry, X_WG in find_fixed_geometries(plant, inspector) if _is_floor(inspector, geometry, X_WG)
+    ]
 
 
 def _is_floor(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> bool:
     shape = inspector.GetShape(geometry)
     if isinstance(shape, HalfSpace):
         return X_WG.translation()[2] <= FLOOR_TOLERANCE and X_WG.rotation().matrix()[2, 2] >= 1.0 - 1e-6
-    return shape_vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
+    return make_shape_vertices(inspector, geometry, X_WG)[:, 2].max() <= FLOOR_TOLERANCE
 
 
-def fixed_geometries(
+def find_fixed_geometries(
     plant: MultibodyPlant, inspector: SceneGraphInspector, *, hollow: bool = False
 ) -> list[tuple[GeometryId, RigidTransform]]:
-    """`placed_geometries` of the bodies welded to the world, directly or not."""
-    return placed_geometries(plant, inspector, plant.GetBodiesWeldedTo(plant.world_body()), hollow=hollow)
+    """`find_placed_geometries` of the bodies welded to the world, directly or not."""
+    return find_placed_geometries(plant, inspector, plant.GetBodiesWeldedTo(plant.world_body()), hollow=hollow)
 
 
-def placed_geometries(
+def find_placed_geometries(
     plant: MultibodyPlant, inspector: SceneGraphInspector, bodies: Sequence[RigidBody], *, hollow: bool
 ) -> list[tuple[GeometryId, RigidTransform]]:
     """Collision geometries of bodies, or their surfaces, and where they are with all joints at their defaults."""
-    context, surfaces = plant.CreateDefaultContext(), seen_geometries(inspector)
+    context, surfaces = plant.CreateDefaultContext(), find_seen_geometries(inspector)
     geometries = []
     for body in bodies:
         X_WB = plant.EvalBodyPoseInWorld(context, body)
@@ -247,12 +253,12 @@ def placed_geometries(
     return sorted(geometries, key=lambda item: item[0].get_value())
 
 
-def shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
+def make_shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
     """Corners of a convex polyhedron that contains a shape as Drake collides with it, shape (n, 3), W, m."""
     shape = inspector.GetShape(geometry)
     if isinstance(shape, Cylinder):
-        corners = cylinder_vertices(shape.radius(), shape.length())
+        corners = make_cylinder_vertices(shape.radius(), shape.length())
     else:
-        points, rounding_radius = outline(inspector, geometry)
-        corners = swollen(points.T, rounding_radius)
+        points, rounding_radius = sample_outline(inspector, geometry)
+        corners = inflate_points(points.T, rounding_radius)
     return corners @ X_WG.rotation().matrix().T + X_WG.translation()

@@ -12,11 +12,11 @@ from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, E
 
 from drake_starnav.geometry.footprint import Footprint, disc, find_top_speed
 from drake_starnav.geometry.trajectory import STANDING
-from drake_starnav.station.world_geometry import surface_world
+from drake_starnav.station.world_geometry import make_surface_world
 from drake_starnav.systems.connecting import connect_inputs
 from drake_starnav.utils.timing import check_period
-from drake_starnav.worlds.clearance import body_clearance, nearest_obstacle
-from drake_starnav.worlds.shortest_path import capsules_around, distance_from
+from drake_starnav.worlds.clearance import compute_body_clearance, find_nearest_obstacle
+from drake_starnav.worlds.shortest_path import compute_capsule_distance, make_capsules
 from drake_starnav.worlds.world import World
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class CollisionMonitor(LeafSystem):
             {geometry.get_value() for geometry in group} for group in (robot, ground, moving_obstacles)
         )
         self._hull, self._own = hull, footprint or disc(0.0)
-        self._bars = None if near is None else capsules_around(*near)
+        self._bars = None if near is None else make_capsules(*near)
         self._clear = self.DeclareDiscreteState(3)  # a place, and how far from there it is free
         self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
         self._state = self.DeclareVectorInputPort("state", 5)
@@ -100,7 +100,7 @@ class CollisionMonitor(LeafSystem):
         `add_station`, a `NavigationStation`, or a `RobotInterface` in a plant of your own.
         """
         moving, world, robot = station.moving_obstacle_geometries, station.world, station.robot_interface
-        surfaces = None if world is None else surface_world(world)
+        surfaces = None if world is None else make_surface_world(world)
         near_world = None
         if world is not None and surfaces is None and world.model is None and station.scenario.localization.exact:
             near_world = None if moving else (world, robot.reach)
@@ -130,18 +130,18 @@ class CollisionMonitor(LeafSystem):
                 found_contacts.append((pair.id_A, pair.id_B) if a in self._robot else (pair.id_B, pair.id_A))
         return found_contacts
 
-    def contact_message(self, context: Context) -> str:
+    def describe_contacts(self, context: Context) -> str:
         """As the simulator's, of what the robot touches now; empty without a contact."""
         found_contacts = self.contacts(context)
         if not found_contacts:
             return ""
-        struck = all(b.get_value() in self._moving_obstacles for _, b in found_contacts) and self._stands(context)
+        struck = all(b.get_value() in self._moving_obstacles for _, b in found_contacts) and self._is_standing(context)
         inspector = self._query.Eval(context).inspector()
-        a, b = (body_name(inspector, geometry) for geometry in found_contacts[0])
-        contact_text = contact_said(STRUCK if struck else COLLISION, f"{a.rpartition('::')[2]} with {b}")
+        a, b = (name_body(inspector, geometry) for geometry in found_contacts[0])
+        contact_text = describe_contact(STRUCK if struck else COLLISION, f"{a.rpartition('::')[2]} with {b}")
         return f"{contact_text} at {context.get_time():.3f} s"
 
-    def _stands(self, context: Context) -> bool:
+    def _is_standing(self, context: Context) -> bool:
         """Whether no point of the footprint moves."""
         _, _, _, speed, turning = self._state.Eval(context).tolist()
         return bool(find_top_speed(speed, turning, self._own.lever) <= STANDING)
@@ -152,11 +152,11 @@ class CollisionMonitor(LeafSystem):
             at_x, at_y, free = context.get_discrete_state(self._clear).value().tolist()
             if math.hypot(x - at_x, y - at_y) < free:
                 return EventStatus.DidNothing()
-            free = distance_from(self._bars, x, y)
+            free = compute_capsule_distance(self._bars, x, y)
             if free > 0.0:
                 values.set_value(self._clear, (x, y, free))
                 return EventStatus.Succeeded()
-        message = self.contact_message(context)
+        message = self.describe_contacts(context)
         return EventStatus.ReachedTermination(self, message) if message else self._check_surfaces(context)
 
     def _check_surfaces(self, context: Context) -> EventStatus:
@@ -165,15 +165,15 @@ class CollisionMonitor(LeafSystem):
         X_WB, surfaces = self._query.Eval(context).GetPoseInWorld(self._hull.frame), self._hull.surfaces
         footprint = self._own
         (x, y, _), (forward_x, forward_y, _) = X_WB.translation(), X_WB.rotation().col(0)
-        name, distance = nearest_obstacle(surfaces, (x, y))
+        name, distance = find_nearest_obstacle(surfaces, (x, y))
         pose = np.array([(x, y, math.atan2(forward_y, forward_x))])
-        if distance >= footprint.radius or body_clearance(surfaces, pose, footprint)[0] >= 0.0:
+        if distance >= footprint.radius or compute_body_clearance(surfaces, pose, footprint)[0] >= 0.0:
             return EventStatus.DidNothing()
-        message = f"{contact_said(COLLISION, f'base_link with {name}')} at {context.get_time():.3f} s"
+        message = f"{describe_contact(COLLISION, f'base_link with {name}')} at {context.get_time():.3f} s"
         return EventStatus.ReachedTermination(self, message)
 
 
-def body_name(inspector: SceneGraphInspector, geometry: GeometryId) -> str:
+def name_body(inspector: SceneGraphInspector, geometry: GeometryId) -> str:
     """The body of a geometry as a person calls it: `rack::shelf`, but `crate` for the body crate of a model crate.
 
     A geometry of the world body goes by its own name.
@@ -185,12 +185,12 @@ def body_name(inspector: SceneGraphInspector, geometry: GeometryId) -> str:
     return scope if scope.rpartition("::")[2] == body else f"{scope}::{body}".removeprefix("::")
 
 
-def contact_said(name: str, bodies: str) -> str:
+def describe_contact(name: str, bodies: str) -> str:
     """A contact in words, from its name and its bodies `a with b`: `collision of a with b` or `struck on a by b`."""
     return f"{name} on {bodies.replace(' with ', ' by ', 1)}" if name == STRUCK else f"{name} of {bodies}"
 
 
-def contact_in(message: str) -> str | None:
+def find_contact(message: str) -> str | None:
     """The bodies of a message of `CollisionMonitor`, `base_link with crate`; None of any other message."""
     match = re.match(rf"(?:{COLLISION} of|{STRUCK} on) (.+) (?:with|by) (.+) at ", message)
     return f"{match[1]} with {match[2]}" if match else None

@@ -13,7 +13,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PrismaticJoint, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from drake_starnav.station.world_geometry import obstacle_height
+from drake_starnav.station.world_geometry import find_obstacle_height
 from drake_starnav.systems.release import declare_vector
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR, MovingObstacles, moving_obstacle_states
 
@@ -37,7 +37,7 @@ def add_moving_obstacles(
     starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
     inspector = scene_graph.model_inspector()
     previous_geometries = set(inspector.GetAllGeometryIds(Role.kProximity))
-    height = obstacle_height(plant, scene_graph)
+    height = find_obstacle_height(plant, scene_graph)
     X_BG = RigidTransform([0.0, 0.0, 0.5 * height])
     for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
         inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, height, [0.0, 0.0, 1.0])
@@ -102,9 +102,9 @@ class MovingObstacleDrive(LeafSystem):
         self._moving_obstacles, self._time_step = moving_obstacles, time_step
         self._size = 2 * len(moving_obstacles)
         self._state = self.DeclareVectorInputPort("state", 2 * self._size)
-        declare_vector(self, "forces", self._size, MovingObstacleDrive._forces)
+        declare_vector(self, "forces", self._size, MovingObstacleDrive._compute_forces)
 
-    def _forces(self, context: Context) -> np.ndarray:
+    def _compute_forces(self, context: Context) -> np.ndarray:
         q, v = self._state.Eval(context).reshape(2, self._size)
         h = self._time_step
         target, _ = moving_obstacle_states(self._moving_obstacles, np.array([context.get_time() + h]))

@@ -21,7 +21,7 @@ from drake_starnav.worlds.world import World
 CHEAT_PORTS = ("cheat.robot_state", "cheat.contact_results", "cheat.geometry_query")
 
 
-def station_outputs(lidars: int) -> list[str]:
+def list_station_outputs(lidars: int) -> list[str]:
     """Names of the output ports of a station by the number of its lidars; see `NavigationStation`."""
     names = lidar_names("lidar", lidars)
     return [
@@ -73,7 +73,7 @@ class Station:
         return self.GetOutputPort("cheat.geometry_query")
 
     def GetOutputPort(self, name: str) -> OutputPort:
-        """The port of a name in `station_outputs`."""
+        """The port of a name in `list_station_outputs`."""
         if name == "cheat.robot_state":
             return self.plant.get_state_output_port(self.robot_model)
         if name == "cheat.contact_results":
@@ -150,7 +150,7 @@ class NavigationStation(Diagram, Station):
         parts = add_station(builder, world, scenario, seed=seed)
         Station.__init__(self, **vars(parts))
         builder.ExportInput(parts.GetInputPort("drive.twist_command"), "drive.twist_command")
-        for name in station_outputs(len(self.mounts)):
+        for name in list_station_outputs(len(self.mounts)):
             builder.ExportOutput(parts.GetOutputPort(name), name)
         builder.BuildInto(self)
         self.set_name("station")

@@ -51,9 +51,9 @@ class PlanarVelocityCommand(LeafSystem):
         self._robot = robot
         self._twist = self.DeclareVectorInputPort("twist_command", 3)
         self._state = self.DeclareVectorInputPort("multibody_state", 6)
-        declare_vector(self, "desired_state", 6, PlanarVelocityCommand._desired)
+        declare_vector(self, "desired_state", 6, PlanarVelocityCommand._compute_desired_state)
 
-    def _desired(self, context: Context) -> tuple[float, ...]:
+    def _compute_desired_state(self, context: Context) -> tuple[float, ...]:
         x, y, omega = self._robot.drive.saturate(self._twist.Eval(context), self._robot.limits).tolist()
         yaw = float(self._state.Eval(context)[2])
         cosine, sine = math.cos(yaw), math.sin(yaw)

@@ -29,7 +29,7 @@ DRIFT_PERIOD = 0.025
 """The believed pose takes up its error this often, s."""
 
 
-def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
+def add_drift(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
     """The believed pose after the robot went from one true pose to another, near it; (x, y, yaw) in W, m and rad.
 
     During a trial the error keeps one direction relative to the robot and one sign of the heading, so that it
@@ -39,21 +39,21 @@ def drifted(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: fl
     angle turned.
     """
     drift_along, drift_across, turn = find_pose_in_frame(before, now)
-    direction, sign = _bias(seed)
+    direction, sign = _draw_drift_direction(seed)
     astray = drift * complex(drift_along, drift_across) * direction
     drift_along, drift_across = drift_along + astray.real, drift_across + astray.imag
     return compose_poses(believed, (drift_along, drift_across, turn * (1.0 + drift * sign)))
 
 
 @functools.lru_cache(maxsize=16)
-def _bias(seed: int) -> tuple[complex, float]:
+def _draw_drift_direction(seed: int) -> tuple[complex, float]:
     """The direction of a trial's drift relative to the robot's motion, a unit vector, and the sign of the heading's."""
     generator = draw_random_numbers(seed, Stream.DRIFT)
     angle = generator.uniform(-math.pi, math.pi)
     return complex(math.cos(angle), math.sin(angle)), 1.0 if generator.random() < 0.5 else -1.0
 
 
-def jumped(jump: float, seed: int, index: int) -> np.ndarray:
+def draw_jump(jump: float, seed: int, index: int) -> np.ndarray:
     """The jump of that index of the believed position, shape (2,), m: its size is given, its direction drawn."""
     angle = draw_random_numbers(seed, Stream.JUMP, index).uniform(-math.pi, math.pi)
     return jump * np.array((math.cos(angle), math.sin(angle)))
@@ -67,7 +67,7 @@ class _Stream(NamedTuple):
     waiting: list[DiscreteStateIndex]
 
 
-def lidar_seed(seed: int, k: int) -> int:
+def derive_lidar_seed(seed: int, k: int) -> int:
     """Seed of the k-th lidar of a robot, from 0 on."""
     return (seed + k * LIDAR_SEEDS) % 2**64
 
@@ -111,7 +111,7 @@ class PlanarLocalization(LeafSystem):
             num_positions, num_velocities: of the model instance.
             lidars: whose scans they are, and which of them do not arrive.
             error: of the believed pose; none by default.
-            seed: of the error, and by `lidar_seed` of the lidars; a non-negative whole number below 2**64.
+            seed: of the error, and by `derive_lidar_seed` of the lidars; a non-negative whole number below 2**64.
         """
         super().__init__()
         self._error, self._seed = error or LocalizationParameters(), seed
@@ -121,11 +121,13 @@ class PlanarLocalization(LeafSystem):
         if not self._error.exact:
             self._anchor = self.DeclareDiscreteState(6)  # a true pose, and where the robot believed to be there
             depends.add(self.discrete_state_ticket(self._anchor))
-        declare_vector(self, "pose", 3, PlanarLocalization._believed_pose, depends)
-        declare_vector(self, "state", 5, PlanarLocalization._believed_state, depends)
+        declare_vector(self, "pose", 3, PlanarLocalization._compute_believed_pose, depends)
+        declare_vector(self, "state", 5, PlanarLocalization._compute_believed_state, depends)
         self._scan_pose = self.DeclareDiscreteState(3)
         self._streams = [
-            _Stream(lidar, lidar_seed(seed, k), [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)])
+            _Stream(
+                lidar, derive_lidar_seed(seed, k), [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
+            )
             for k, lidar in enumerate(lidars)
         ]
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
@@ -145,7 +147,7 @@ class PlanarLocalization(LeafSystem):
             return EventStatus.DidNothing()
         values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
-        pose = self._true_pose(context)
+        pose = self._read_true_pose(context)
         if not self._error.exact:
             values.set_value(self._anchor, np.concatenate((pose, pose)))
         for group in (self._scan_pose, *(group for stream in self._streams for group in stream.waiting)):
@@ -160,7 +162,7 @@ class PlanarLocalization(LeafSystem):
         if not arrives(lidar, seed, index):
             return EventStatus.Succeeded()
         group = waiting[index % len(waiting)] if waiting else self._scan_pose
-        values.set_value(group, self._believed_pose(context))
+        values.set_value(group, self._compute_believed_pose(context))
         return EventStatus.Succeeded()
 
     def _release(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
@@ -174,36 +176,36 @@ class PlanarLocalization(LeafSystem):
         return EventStatus.Succeeded()
 
     def _drift(self, context: Context, values: DiscreteValues) -> EventStatus:
-        anchor, true_pose = context.get_discrete_state(self._anchor).value(), self._true_pose(context)
-        believed_pose = drifted(anchor[3:], anchor[:3], true_pose, self._error.drift, self._seed)
+        anchor, true_pose = context.get_discrete_state(self._anchor).value(), self._read_true_pose(context)
+        believed_pose = add_drift(anchor[3:], anchor[:3], true_pose, self._error.drift, self._seed)
         time, interval = context.get_time(), self._error.jump_interval
         jump = math.floor(time / interval + 1e-9)
         if jump > 0 and jump > math.floor((time - DRIFT_PERIOD) / interval + 1e-9):
-            believed_pose[:2] += jumped(self._error.jump, self._seed, jump)
+            believed_pose[:2] += draw_jump(self._error.jump, self._seed, jump)
         values.set_value(self._anchor, np.concatenate((true_pose, believed_pose)))
         return EventStatus.Succeeded()
 
-    def _true_pose(self, context: Context) -> np.ndarray:
-        return np.array(planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)[:3])
+    def _read_true_pose(self, context: Context) -> np.ndarray:
+        return np.array(read_planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)[:3])
 
-    def _believed_pose(self, context: Context) -> np.ndarray:
-        pose = self._true_pose(context)
+    def _compute_believed_pose(self, context: Context) -> np.ndarray:
+        pose = self._read_true_pose(context)
         if self._error.exact:
             return pose
         anchor = context.get_discrete_state(self._anchor).value()
         return compose_poses(anchor[3:], find_pose_in_frame(anchor[:3], pose))
 
-    def _believed_state(self, context: Context) -> tuple[float, ...]:
-        state = planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)
-        return state if self._error.exact else (*self._believed_pose(context), *state[3:])
+    def _compute_believed_state(self, context: Context) -> tuple[float, ...]:
+        state = read_planar_state(self._multibody_state.Eval(context).tolist(), self._num_positions)
+        return state if self._error.exact else (*self._compute_believed_pose(context), *state[3:])
 
 
-def planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
+def read_planar_states(multibody_states: np.ndarray, num_positions: int) -> np.ndarray:
     """The values of port `state`, shape (n, 5), for many states (n, m) at once, each as on port `multibody_state`."""
-    return np.array([planar_state(x, num_positions) for x in multibody_states.tolist()]).reshape(-1, 5)
+    return np.array([read_planar_state(x, num_positions) for x in multibody_states.tolist()]).reshape(-1, 5)
 
 
-def planar_state(x: Sequence[float], num_positions: int) -> tuple[float, float, float, float, float]:
+def read_planar_state(x: Sequence[float], num_positions: int) -> tuple[float, float, float, float, float]:
     """The true value of port `state` for one of port `multibody_state`."""
     if num_positions == PLANAR:
         px, py, yaw, v_x, v_y, omega = x

@@ -69,16 +69,18 @@ def make_simulator(
     if diagram.HasSubsystemNamed("plant") and diagram.GetSubsystemByName("plant").num_continuous_states() > 0:
         ours = SimulatorConfig(
             integration_scheme="cenic",
-            max_step_size=min((robot.longest_step for robot in _parts(diagram, RobotInterface)), default=LONGEST_STEP),
+            max_step_size=min(
+                (robot.longest_step for robot in _find_systems(diagram, RobotInterface)), default=LONGEST_STEP
+            ),
             use_error_control=False,
             start_time=simulator.get_context().get_time(),
         )
-        ApplySimulatorConfig(scenario_simulator_config(settings, ours), simulator)
-        for check in _parts(diagram, StepsCheck):
+        ApplySimulatorConfig(make_simulator_config(settings, ours), simulator)
+        for check in _find_systems(diagram, StepsCheck):
             check.chosen = True
     elif settings:
-        ApplySimulatorConfig(scenario_simulator_config(settings), simulator)
-    simulator.set_monitor(_monitor(list(_parts(diagram, MultibodyPlant))))
+        ApplySimulatorConfig(make_simulator_config(settings), simulator)
+    simulator.set_monitor(_make_monitor(list(_find_systems(diagram, MultibodyPlant))))
     return simulator
 
 
@@ -92,7 +94,7 @@ def advance(simulator: Simulator, time: float) -> SimulatorStatus:
     try:
         return simulator.AdvanceTo(time)
     except RuntimeError as error:
-        _check_finite(_parts(simulator.get_system(), MultibodyPlant), simulator.get_context())
+        _check_finite(_find_systems(simulator.get_system(), MultibodyPlant), simulator.get_context())
         if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
             raise  # from a system in Python
         current_time = simulator.get_context().get_time()
@@ -102,18 +104,18 @@ def advance(simulator: Simulator, time: float) -> SimulatorStatus:
         ) from None
 
 
-def value_of(port: OutputPort, root: Context) -> Any:
+def evaluate_port(port: OutputPort, root: Context) -> Any:
     """The value of an output port, in the context of the whole diagram."""
     return port.Eval(port.get_system().GetMyContextFromRoot(root))
 
 
-def _parts(system: System, kind: type[Part]) -> Iterator[Part]:
+def _find_systems(system: System, kind: type[Part]) -> Iterator[Part]:
     """The systems of a kind in a system, at any depth."""
     if isinstance(system, kind):
         yield system
     elif isinstance(system, Diagram):
         for part in system.GetSystems():
-            yield from _parts(part, kind)
+            yield from _find_systems(part, kind)
 
 
 def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:
@@ -131,7 +133,7 @@ def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:
         )
 
 
-def _monitor(plants: Sequence[MultibodyPlant]) -> Callable[[Context], EventStatus]:
+def _make_monitor(plants: Sequence[MultibodyPlant]) -> Callable[[Context], EventStatus]:
     """What the simulator calls after each step, between publish events and updates."""
     continuous = any(plant.time_step() == 0.0 for plant in plants)
     discrete = [plant for plant in plants if plant.time_step() > 0.0]
@@ -159,7 +161,7 @@ def add_plant(
     The time step is as for `plant_config`, and settings are keys of `MultibodyPlantConfig` that are laid over it.
     Returns plant, scene graph, the robot's model instance, and the ground's geometry.
     """
-    plant, scene_graph = AddMultibodyPlant(scenario_plant_config(settings, plant_config(time_step)), builder)
+    plant, scene_graph = AddMultibodyPlant(make_plant_config(settings, plant_config(time_step)), builder)
     model = add_robot(plant, scene_graph, robot, world.start)
     ground = add_ground(plant, world.extent)
     add_still_obstacles(plant, world)
@@ -170,7 +172,7 @@ def add_plant(
     return plant, scene_graph, model, ground
 
 
-def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantConfig) -> MultibodyPlantConfig:
+def make_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantConfig) -> MultibodyPlantConfig:
     """Defaults, and over them the scenario's `plant_config`; a `StarnavError` for what Drake does not allow."""
     if "time_step" in settings:
         raise StarnavError(
@@ -182,11 +184,11 @@ def scenario_plant_config(settings: Mapping[str, Any], defaults: MultibodyPlantC
             "plant_config.discrete_contact_approximation is 'tamsi', which does not drive motors by their gains; "
             "allowed: sap, similar, lagged"
         )
-    return _laid_over(settings, defaults, "plant_config", lambda config: AddMultibodyPlant(config, DiagramBuilder()))
+    return _set_values(settings, defaults, "plant_config", lambda config: AddMultibodyPlant(config, DiagramBuilder()))
 
 
-def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig | None = None) -> SimulatorConfig:
-    """Defaults, and over them the scenario's `simulator_config`; errors as in `scenario_plant_config`."""
+def make_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig | None = None) -> SimulatorConfig:
+    """Defaults, and over them the scenario's `simulator_config`; errors as in `make_plant_config`."""
     if settings.get("start_time", 0) != 0:
         raise StarnavError(
             f"simulator_config.start_time is {shown(settings['start_time'])}; allowed: 0, when the first scan is taken"
@@ -195,10 +197,10 @@ def scenario_simulator_config(settings: Mapping[str, Any], defaults: SimulatorCo
     def tried(config: SimulatorConfig) -> None:
         ApplySimulatorConfig(config, Simulator(ZeroOrderHold(1.0, 1)))
 
-    return _laid_over(settings, defaults or SimulatorConfig(), "simulator_config", tried)
+    return _set_values(settings, defaults or SimulatorConfig(), "simulator_config", tried)
 
 
-def _laid_over(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Callable[[Any], Any]) -> Any:
+def _set_values(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Callable[[Any], Any]) -> Any:
     """A struct of Drake's with some values over its defaults; each is tried where nothing comes to harm."""
     if not mapping:
         return defaults

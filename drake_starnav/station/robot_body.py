@@ -12,11 +12,11 @@ from pydrake.multibody.plant import CoulombFriction
 from pydrake.multibody.tree import BodyIndex
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.geometry.footprint import ROUNDING, Footprint, protrusion
+from drake_starnav.geometry.footprint import ROUNDING, Footprint, measure_protrusion
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.directives import SHAPE, of_model
+from drake_starnav.scenario.directives import SHAPE, read_model_sections
 from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
-from drake_starnav.station.world_geometry import upright_prism
+from drake_starnav.station.world_geometry import make_upright_prism
 
 FRICTION = CoulombFriction(0.3, 0.3)
 MARKS = ("lidar_puck", "heading")
@@ -34,7 +34,7 @@ def add_body(robot: RobotModel, shape: Footprint, heights: tuple[float, float]) 
         shape: what it covers.
         heights: of the body's bottom and top in base_link, m.
     """
-    for name, solid, X_BG in _solids(shape, "hull", *heights):
+    for name, solid, X_BG in _make_solids(shape, "hull", *heights):
         robot.plant.RegisterCollisionGeometry(robot.base, X_BG, solid, name, FRICTION)
 
 
@@ -46,21 +46,21 @@ def add_looks(robot: RobotModel, shape: Footprint, heights: tuple[float, float],
     for layer, each, (low, high), material in layers:
         color = root.find(f"material[@name='{material}']/color")
         rgba = np.array([float(value) for value in color.get("rgba", "").split()])  # type: ignore[union-attr]
-        for name, solid, X_BG in _solids(each, layer, low, high):
+        for name, solid, X_BG in _make_solids(each, layer, low, high):
             robot.plant.RegisterVisualGeometry(robot.base, X_BG, solid, f"{name}_visual", rgba)
 
 
-def _solids(shape: Footprint, name: str, low: float, high: float) -> list[tuple[str, Shape, RigidTransform]]:
+def _make_solids(shape: Footprint, name: str, low: float, high: float) -> list[tuple[str, Shape, RigidTransform]]:
     X_BG = RigidTransform([0.0, 0.0, 0.5 * (low + high)])
     if shape.is_disc:
         return [(name, Cylinder(shape.radius, high - low), X_BG)]
     return [
-        (f"{name}_{k}" if k else name, upright_prism(part, high - low, f"{name}_{k}"), X_BG)
+        (f"{name}_{k}" if k else name, make_upright_prism(part, high - low, f"{name}_{k}"), X_BG)
         for k, part in enumerate(shape.parts)
     ]
 
 
-def sticking_out(
+def find_protrusion(
     robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform], declared: RobotParameters
 ) -> tuple[float, str]:
     """By how much a robot's links at their poses in base_link stick out of its footprint, m, and which of them.
@@ -68,18 +68,18 @@ def sticking_out(
     Links of `robot.overhangs` do not count.
     """
     parts_outside = [
-        (protrusion(declared.shape, each.points[:2].T, each.grown), each.link.name())
-        for each in robot.extents(poses)
+        (measure_protrusion(declared.shape, each.points[:2].T, each.grown), each.link.name())
+        for each in robot.find_extents(poses)
         if each.floor is not True and each.link.name() not in declared.overhangs.split()
     ]
     return max(parts_outside, default=(0.0, "base_link"))
 
 
-def overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) -> list[str]:
+def find_overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) -> list[str]:
     """What is wrong with `robot.overhangs`; `floor`: its height in base_link, m."""
     names, faults, top = [link.name() for link in robot.links], [], robot.top(declared.overhangs.split())
     lowest: dict[str, float] = {}
-    for each in robot.extents(robot.poses()):
+    for each in robot.find_extents(robot.poses()):
         lowest[each.link.name()] = min(lowest.get(each.link.name(), np.inf), each.low - floor)
     for name in declared.overhangs.split():
         if name not in names:
@@ -92,30 +92,30 @@ def overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) 
     return faults
 
 
-def undressed(root: ElementTree.Element, robot: RobotParameters) -> tuple[tuple[float, float], bool]:
+def remove_body_and_redraw(root: ElementTree.Element, robot: RobotParameters) -> tuple[tuple[float, float], bool]:
     """Take its body from the base of a shipped robot, and draw all else into the robot's footprint.
 
     Returns from where to where the body reached, m, and whether the footprint is another than the model's.
     """
-    own = RobotParameters(**own_body(robot.model))
+    own = RobotParameters(**read_own_body(robot.model))
     has_changed = (robot.footprint, robot.radius) != (own.footprint, own.radius)
-    heights = _without_body(root, keeps_looks=not has_changed)
-    _place(root, robot, _growth(robot.shape, own.shape))
+    heights = _remove_body(root, keeps_looks=not has_changed)
+    _move_parts_outwards(root, robot, _find_growth(robot.shape, own.shape))
     return heights, has_changed
 
 
-def _growth(shape: Footprint, own: Footprint) -> float:
+def _find_growth(shape: Footprint, own: Footprint) -> float:
     """By how much a shape is larger than a model's own; 1 if it is smaller in any way."""
     return max(min(shape.cover_radius / own.cover_radius, shape.radius / own.radius), 1.0)
 
 
-def own_body(model: str) -> dict[str, Any]:
+def read_own_body(model: str) -> dict[str, Any]:
     """`radius` or `footprint` of a shipped robot, as its file says."""
-    robot_section = of_model(model, {}).get("robot", {})
+    robot_section = read_model_sections(model, {}).get("robot", {})
     return {key: robot_section[key] for key in SHAPE if key in robot_section}
 
 
-def _without_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[float, float]:
+def _remove_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[float, float]:
     """Take its body from the base of a shipped robot, but for casters; returns from where to where it reached, m."""
     base = root.find("link[@name='base_link']")
     assert base is not None
@@ -126,14 +126,14 @@ def _without_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[floa
         if element.tag == "collision":
             box, cylinder = (element.find(f"geometry/{kind}") for kind in ("box", "cylinder"))
             height = float(box.get("size", "").split()[2] if box is not None else cylinder.get("length", "0"))  # type: ignore[union-attr]
-            reach.append(pose_of(element).translation()[2] + 0.5 * height * np.array((-1.0, 1.0)))
+            reach.append(read_pose(element).translation()[2] + 0.5 * height * np.array((-1.0, 1.0)))
         if element.tag == "collision" or not keeps_looks:
             base.remove(element)
     low, high = np.array(reach).T
     return float(low.min()), float(high.max())
 
 
-def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> None:
+def _move_parts_outwards(root: ElementTree.Element, robot: RobotParameters, growth: float) -> None:
     """Move wheels, casters and marks of a shipped robot outwards by its growth, as far as its footprint holds them.
 
     A robot that brakes would pitch on casters near its axis, and a lidar of long range see the floor. Its inertia about
@@ -150,7 +150,7 @@ def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> 
         inertia.set(axis, repr(before + (growth**2 - 1.0) * max(about.values())))
     wheels = list(root.iterfind("joint"))
     for element in [each for each in base if each.tag in ("collision", "visual")]:
-        share = _share(robot.shape, growth, [(element, [element])])
+        share = _find_largest_share(robot.shape, growth, [(element, [element])])
         if element.find("geometry/sphere") is None and element.get("name") not in MARKS:
             continue
         if share is None and element.get("name") not in MARKS:
@@ -161,12 +161,12 @@ def _place(root: ElementTree.Element, robot: RobotParameters, growth: float) -> 
             _scale_place(element, share)
             drawn_in = min(drawn_in, share) if element.tag == "collision" else drawn_in
     _scale_place(inertial, drawn_in)
-    visual_links = [(joint, [*root.iterfind(f"link[@name='{link_at(joint, 'child')}']/visual")]) for joint in wheels]
-    share = _share(robot.shape, growth, visual_links)
+    visual_links = [(joint, [*root.iterfind(f"link[@name='{find_link(joint, 'child')}']/visual")]) for joint in wheels]
+    share = _find_largest_share(robot.shape, growth, visual_links)
     for joint, parts in visual_links:
-        width = max(float(_print(part)[0][:, 1].max()) for part in parts)
-        if share is None or share * abs(pose_of(joint).translation()[1]) <= width:  # it would be in its opposite
-            _refuse_size(robot, link_at(joint, "child") or "")
+        width = max(float(_find_floor_print(part)[0][:, 1].max()) for part in parts)
+        if share is None or share * abs(read_pose(joint).translation()[1]) <= width:  # it would be in its opposite
+            _refuse_size(robot, find_link(joint, "child") or "")
     assert share is not None
     for joint in wheels:
         _scale_place(joint, share)
@@ -182,23 +182,25 @@ def _refuse_size(robot: RobotParameters, link: str) -> NoReturn:
     )
 
 
-def _share(
+def _find_largest_share(
     shape: Footprint, most: float, placed: list[tuple[ElementTree.Element, list[ElementTree.Element]]]
 ) -> float | None:
     """The largest share of their distances from the axis to which elements can be moved so that all parts lie in a
     footprint."""
-    prints = [(pose_of(element).translation()[:2], *_print(part)) for element, parts in placed for part in parts]
+    prints = [
+        (read_pose(element).translation()[:2], *_find_floor_print(part)) for element, parts in placed for part in parts
+    ]
     for share in np.linspace(most, 0.0, 101):
-        if all(protrusion(shape, points + share * place, grown) <= ROUNDING for place, points, grown in prints):
+        if all(measure_protrusion(shape, points + share * place, grown) <= ROUNDING for place, points, grown in prints):
             return float(share)
     return None
 
 
-def _print(element: ElementTree.Element) -> tuple[np.ndarray, float]:
+def _find_floor_print(element: ElementTree.Element) -> tuple[np.ndarray, float]:
     """What a shape of a shipped robot covers about its place: all that is so near, m, to the hull of points (n, 2)."""
     shape = element.find("geometry")[0]  # type: ignore[index]
     radius, length = (float(shape.get(key, "0")) for key in ("radius", "length"))
-    if shape.tag == "sphere" or (shape.tag == "cylinder" and pose_of(element).rotation().IsNearlyIdentity()):
+    if shape.tag == "sphere" or (shape.tag == "cylinder" and read_pose(element).rotation().IsNearlyIdentity()):
         return np.zeros((1, 2)), radius
     size = shape.get("size", f"{2.0 * radius} {length}").split()  # of a wheel's cylinder, about y
     x, y = 0.5 * float(size[0]), 0.5 * float(size[1])
@@ -206,17 +208,17 @@ def _print(element: ElementTree.Element) -> tuple[np.ndarray, float]:
 
 
 def _scale_place(element: ElementTree.Element, share: float) -> None:
-    X = pose_of(element)
+    X = read_pose(element)
     if share != 1.0:
         set_pose(element, RigidTransform(X.rotation(), X.translation() * (share, share, 1.0)))
 
 
-def link_at(joint: ElementTree.Element, end: str) -> str | None:
+def find_link(joint: ElementTree.Element, end: str) -> str | None:
     element = joint.find(end)
     return None if element is None else element.get("link")
 
 
-def pose_of(element: ElementTree.Element) -> RigidTransform:
+def read_pose(element: ElementTree.Element) -> RigidTransform:
     """The pose of a frame in its link, or of an element with an `<origin>`."""
     origin = element if element.tag == "frame" else element.find("origin")
     xyz, rpy = (("0 0 0" if origin is None else origin.get(key, "0 0 0")).split() for key in ("xyz", "rpy"))

@@ -11,11 +11,11 @@ from typing import NamedTuple
 from pydrake.math import RigidTransform
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.models.model_files import Models, expanded, parsed_xml
+from drake_starnav.models.model_files import Models, expand_model_file, parse_xml
 from drake_starnav.robot import MODEL_FILES, RobotParameters
-from drake_starnav.station.robot_body import link_at, pose_of, set_pose, undressed
-from drake_starnav.utils.files import read_bytes, reading
-from drake_starnav.utils.resources import model_path
+from drake_starnav.station.robot_body import find_link, read_pose, remove_body_and_redraw, set_pose
+from drake_starnav.utils.files import explain_read_errors, read_bytes
+from drake_starnav.utils.resources import find_model_path
 
 KEPT = ("link", "joint", "material", "frame")
 """Parts of a robot that are read; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""
@@ -34,7 +34,7 @@ class ModelText(NamedTuple):
     changed: bool = False
 
 
-def robot_urdf(robot: RobotParameters) -> ModelText:
+def make_robot_urdf(robot: RobotParameters) -> ModelText:
     """The robot's model. A shipped robot is without the shapes of its base, its wheels are inside its footprint.
 
     What it calls its base is called `base_link`: the link whose name ends so, prefixed or not, or else the root of all.
@@ -43,27 +43,27 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
     Raises:
         StarnavError: there is no such model, it cannot be read, or the footprint has no room for the wheels.
     """
-    path = model_path("robots", f"{robot.model}.urdf")
+    path = find_model_path("robots", f"{robot.model}.urdf")
     is_file = os.path.isfile(path)
     if not is_file:
         path = Path(robot.model)
         if path.suffix not in MODEL_FILES:
-            names = ", ".join(sorted(p.stem for p in model_path("robots").glob("*.urdf")))
+            names = ", ".join(sorted(p.stem for p in find_model_path("robots").glob("*.urdf")))
             raise StarnavError(
                 f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf or .xacro file"
             )
     place, allowed_text = f"robot model {path}", "a URDF file with one robot"
     data = read_bytes(path, place, allowed_text)
-    with reading(place, allowed_text):
-        root = parsed_xml(expanded(data, path, robot.xacro_args, place))
+    with explain_read_errors(place, allowed_text):
+        root = parse_xml(expand_model_file(data, path, robot.xacro_args, place))
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)
     _name_base(root)
-    _hang_on_base(root)
+    _reroot_at_base(root)
     body, has_changed = None, False
     if is_file:
-        body, has_changed = undressed(root, robot)
+        body, has_changed = remove_body_and_redraw(root, robot)
     inertial = root.find("link[@name='base_link']/inertial")
     if robot.mass_error != 0.0 and inertial is not None:
         for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
@@ -74,13 +74,13 @@ def robot_urdf(robot: RobotParameters) -> ModelText:
         if mass is not None and float(mass.get("value", "0")) == 0.0:
             link.remove(link.find("inertial"))  # type: ignore[arg-type]
     models = Models()
-    models.urdf(root, path.resolve())
+    models.make_urdf_readable(root, path.resolve())
     if models.unseen:
         warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
     return ModelText(str(path), root, body, has_changed)
 
 
-def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
+def fix_joints(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
     """Fix all joints but the wheels', which turn without end and friction; returns the names of those that moved."""
     held_joints = []
     for joint in root.iterfind("joint"):
@@ -100,18 +100,18 @@ def hold(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
     return held_joints
 
 
-def center(root: ElementTree.Element, x: float, y: float) -> None:
+def move_origin(root: ElementTree.Element, x: float, y: float) -> None:
     """Move the origin of `base_link` to a point (x, y) of it, m."""
     base = root.find("link[@name='base_link']")
     parts = [] if base is None else [part for part in base if part.tag in ("inertial", "visual", "collision")]
     parts += [frame for frame in root.iterfind("frame") if frame.get("link") == "base_link"]
-    parts += [joint for joint in root.iterfind("joint[parent]") if link_at(joint, "parent") == "base_link"]
+    parts += [joint for joint in root.iterfind("joint[parent]") if find_link(joint, "parent") == "base_link"]
     for part in parts:
-        X = pose_of(part)
+        X = read_pose(part)
         set_pose(part, RigidTransform(X.rotation(), X.translation() - (x, y, 0.0)))
 
 
-def effort(root: ElementTree.Element, joint: str) -> float:
+def read_effort(root: ElementTree.Element, joint: str) -> float:
     """The largest torque that a joint's limits allow, N m; infinite if they are silent."""
     limit = root.find(f"joint[@name='{joint}']/limit")
     value = 0.0 if limit is None else float(limit.get("effort", "0"))
@@ -120,7 +120,7 @@ def effort(root: ElementTree.Element, joint: str) -> float:
 
 def _name_base(root: ElementTree.Element) -> None:
     """Call the robot's base `base_link`; a frame keeps the name that it had."""
-    above = {link_at(joint, "child"): link_at(joint, "parent") for joint in root.iterfind("joint[child]")}
+    above = {find_link(joint, "child"): find_link(joint, "parent") for joint in root.iterfind("joint[child]")}
     links = [link.get("name", "") for link in root.iterfind("link")]
 
     def depth(link: str) -> int:
@@ -144,9 +144,9 @@ def _name_base(root: ElementTree.Element) -> None:
     ElementTree.SubElement(root, "frame", name=base, link="base_link", xyz="0 0 0", rpy="0 0 0")
 
 
-def _hang_on_base(root: ElementTree.Element) -> None:
+def _reroot_at_base(root: ElementTree.Element) -> None:
     """Turn round the joints above `base_link`, which become fixed, and leave out the link `world`."""
-    on = {link_at(joint, "child"): joint for joint in root.iterfind("joint[child]")}
+    on = {find_link(joint, "child"): joint for joint in root.iterfind("joint[child]")}
     link: str | None = "base_link"
     while (joint := on.pop(link, None)) is not None:
         parent, child = joint.find("parent"), joint.find("child")
@@ -156,10 +156,10 @@ def _hang_on_base(root: ElementTree.Element) -> None:
             break
         parent.set("link", child.get("link", ""))  # type: ignore[union-attr]
         child.set("link", link)  # type: ignore[union-attr]
-        set_pose(joint, pose_of(joint).inverse())
+        set_pose(joint, read_pose(joint).inverse())
         joint.set("type", "fixed")
     world = root.find("link[@name='world']")
     if world is not None and not any(
-        "world" in (link_at(j, "parent"), link_at(j, "child")) for j in root.iter("joint")
+        "world" in (find_link(j, "parent"), find_link(j, "child")) for j in root.iter("joint")
     ):
         root.remove(world)

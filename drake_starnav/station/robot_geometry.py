@@ -23,12 +23,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, FrameIndex, Joint, ModelInstanceIndex, RevoluteJoint, RigidBody
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.footprints import ball_vertices, box_vertices, convex_footprint
+from drake_starnav.worlds.footprints import make_ball_vertices, make_box_vertices, make_convex_footprint
 
 TOLERANCE = 1e-3
 """Tolerance of places and headings of a model's wheels and lidars, of its radii and of `robot.radius`, m and rad."""
 LONGEST_STEP, LEAST_STANCE = 0.025, 0.12
-"""Longest step of a plant, s: a default period of commands; and the least `RobotModel.stance`, m, with which it may be
+"""Longest step of a plant, s: a default period of commands; and the least stance of a robot, m, with which it may be
 so long. Over 19 m by recorded twists, with nothing that steers it back, a shipped robot ends 4 to 9 cm from where steps
 of half the length take it."""
 FLOOR_CONTACT = ("starnav", "floor")
@@ -76,9 +76,9 @@ class RobotModel(NamedTuple):
         found_geometries = (g for link in links for g in self.plant.GetCollisionGeometriesForBody(link))
         return [g for g in found_geometries if self.inspector.GetProximityProperties(g) is not None]
 
-    def carried(self, link: RigidBody) -> list[RigidBody]:
+    def find_carried_links(self, link: RigidBody) -> list[RigidBody]:
         """A link, and all that hang on it."""
-        joints_below, found_bodies = self._joints_below(), [link]
+        joints_below, found_bodies = self._find_joints_below(), [link]
         for body in found_bodies:  # grows
             found_bodies += [joint.child_body() for joint in joints_below.get(body.index(), ())]
         return found_bodies
@@ -86,7 +86,7 @@ class RobotModel(NamedTuple):
     def poses(self) -> dict[BodyIndex, RigidTransform]:
         """Where its links are in base_link, with all joints at zero."""
         poses = {self.base.index(): RigidTransform()}
-        joints_below = self._joints_below()
+        joints_below = self._find_joints_below()
         for parent in (links := [self.base.index()]):  # grows
             for joint in joints_below.get(parent, ()):
                 child = joint.child_body().index()
@@ -98,25 +98,27 @@ class RobotModel(NamedTuple):
                     links.append(child)
         return poses
 
-    def _joints_below(self) -> dict[BodyIndex, list[Joint]]:
+    def _find_joints_below(self) -> dict[BodyIndex, list[Joint]]:
         """Joints by the link that is their parent."""
         below: dict[BodyIndex, list[Joint]] = {}
         for joint in self.joints:
             below.setdefault(joint.parent_body().index(), []).append(joint)
         return below
 
-    def extents(self, poses: Mapping[BodyIndex, RigidTransform]) -> Iterator["Extent"]:
+    def find_extents(self, poses: Mapping[BodyIndex, RigidTransform]) -> Iterator["Extent"]:
         """What the colliding shapes of links cover, with the links at poses in a frame."""
         for index, X_FL in poses.items():
             link = self.plant.get_body(index)
             for geometry in self.shapes(link):
-                points, rounding_radius = outline(self.inspector, geometry)
+                points, rounding_radius = sample_outline(self.inspector, geometry)
                 placed_points = (X_FL @ self.inspector.GetPoseInFrame(geometry)) @ points
-                yield Extent(link, geometry, placed_points, rounding_radius, floor_contact(self.inspector, geometry))
+                yield Extent(
+                    link, geometry, placed_points, rounding_radius, read_floor_contact(self.inspector, geometry)
+                )
 
-    def lowest(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
+    def find_lowest_point(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
         """How high the lowest point of links at poses is, m; infinite without shapes."""
-        return min((each.low for each in self.extents(poses)), default=math.inf)
+        return min((each.low for each in self.find_extents(poses)), default=math.inf)
 
     def top(self, without: Collection[str] = (), on: Mapping[BodyIndex, RigidTransform] = NOTHING) -> float:
         """How high its highest shape is above its lowest one, on the floor, m; 0 without shapes.
@@ -124,14 +126,14 @@ class RobotModel(NamedTuple):
         `without` those of links of these names; with bodies `on` it at poses in base_link, such as an arm.
         """
         poses = {**on, **self.poses()}
-        highs = (each.high for each in self.extents(poses) if each.link.name() not in without)
-        return max(highs, default=0.0) - min(self.lowest(poses), 0.0)
+        highs = (each.high for each in self.find_extents(poses) if each.link.name() not in without)
+        return max(highs, default=0.0) - min(self.find_lowest_point(poses), 0.0)
 
-    def stance(self) -> float:
+    def measure_stance(self) -> float:
         """Half the width or length, whichever is less, of where it touches the floor, m; infinite without wheels."""
         poses = self.poses()
-        floor = self.lowest(poses)
-        touching = [each for each in self.extents(poses) if each.low < floor + TOLERANCE]
+        floor = self.find_lowest_point(poses)
+        touching = [each for each in self.find_extents(poses) if each.low < floor + TOLERANCE]
         if not any(each.floor for each in touching):
             return math.inf
         return 0.5 * float(np.ptp([each.points[:2].mean(axis=1) for each in touching], axis=0).min())
@@ -139,20 +141,20 @@ class RobotModel(NamedTuple):
     def longest_step(self) -> float:
         """Longest step of a plant, s, after which what lost the floor has not tilted the robot so that it would drive
         otherwise than told; a whole number of them makes `LONGEST_STEP`."""
-        return LONGEST_STEP / max(1, math.ceil(LEAST_STANCE / max(self.stance(), 1e-3) - 1e-6))
+        return LONGEST_STEP / max(1, math.ceil(LEAST_STANCE / max(self.measure_stance(), 1e-3) - 1e-6))
 
     def reach(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
         """How far any point of links at poses in base_link is from its origin, m; 0 without shapes."""
-        return max((np.linalg.norm(e.points, axis=0).max() + e.grown for e in self.extents(poses)), default=0.0)
+        return max((np.linalg.norm(e.points, axis=0).max() + e.grown for e in self.find_extents(poses)), default=0.0)
 
-    def highest_frame(self) -> float:
+    def find_highest_frame(self) -> float:
         """How high its highest frame is above the floor, m: twice that of a tilted one, as lidars see no farther up."""
         poses, plant = self.poses(), self.plant
         frames = (plant.get_frame(FrameIndex(k)) for k in range(plant.num_frames()))
         frame_poses = [
             poses[f.body().index()] @ f.GetFixedPoseInBodyFrame() for f in frames if f.body().index() in poses
         ]
-        floor = min(self.lowest(poses), 0.0)
+        floor = min(self.find_lowest_point(poses), 0.0)
         heights = [(X.translation()[2] - floor, abs(X.rotation().matrix()[2, 2])) for X in frame_poses]
         return max(float(z) * (1.0 if upright > math.cos(TOLERANCE) else 2.0) for z, upright in heights)
 
@@ -185,15 +187,15 @@ class Extent(NamedTuple):
         return float(self.points[2].max()) + self.grown
 
 
-def robot_outline(robot: RobotModel, left_out: Collection[str] = ()) -> np.ndarray | None:
+def make_robot_outline(robot: RobotModel, left_out: Collection[str] = ()) -> np.ndarray | None:
     """The convex hull of what a robot collides with, with all joints at zero, seen from above, without some links.
 
     Counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within. None if they enclose nothing.
     """
-    parts = robot.extents(robot.poses())
+    parts = robot.find_extents(robot.poses())
     shapes = (each for each in parts if each.floor is not True and each.link.name() not in left_out)
-    corners = [swollen(each.points.T, each.grown) for each in shapes]
-    return convex_footprint(np.vstack([*corners, np.zeros((0, 3))]), -math.inf, math.inf)
+    corners = [inflate_points(each.points.T, each.grown) for each in shapes]
+    return make_convex_footprint(np.vstack([*corners, np.zeros((0, 3))]), -math.inf, math.inf)
 
 
 def set_floor_contact(properties: ProximityProperties, floor: bool) -> None:
@@ -201,7 +203,7 @@ def set_floor_contact(properties: ProximityProperties, floor: bool) -> None:
     properties.AddProperty(*FLOOR_CONTACT, floor)
 
 
-def floor_contact(inspector: SceneGraphInspector, geometry: GeometryId) -> bool | None:
+def read_floor_contact(inspector: SceneGraphInspector, geometry: GeometryId) -> bool | None:
     """Whether a shape touches nothing but the floor; None if nothing is said of it."""
     properties = inspector.GetProximityProperties(geometry)
     if properties is None or not properties.HasProperty(*FLOOR_CONTACT):
@@ -209,7 +211,7 @@ def floor_contact(inspector: SceneGraphInspector, geometry: GeometryId) -> bool 
     return properties.GetProperty(*FLOOR_CONTACT)
 
 
-def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, float]:
+def sample_outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, float]:
     """Points of a shape in its own frame, shape (3, n), m, and by what it reaches beyond them, m."""
     shape = inspector.GetShape(geometry)
     if isinstance(shape, Sphere):
@@ -222,9 +224,9 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
         half = np.full((1, len(angle)), 0.5 * shape.length())
         return np.hstack((np.vstack((rim, half)), np.vstack((rim, -half)))), 0.0
     if isinstance(shape, Box):
-        return box_vertices(shape.size()).T, 0.0
+        return make_box_vertices(shape.size()).T, 0.0
     if isinstance(shape, Ellipsoid):
-        return ball_vertices(np.array((shape.a(), shape.b(), shape.c()))).T, 0.0
+        return make_ball_vertices(np.array((shape.a(), shape.b(), shape.c()))).T, 0.0
     hull = inspector.GetConvexHull(geometry)
     if hull is None:
         raise StarnavError(
@@ -233,12 +235,12 @@ def outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.nd
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
 
 
-def swollen(points: np.ndarray, grown: float) -> np.ndarray:
+def inflate_points(points: np.ndarray, grown: float) -> np.ndarray:
     """Corners of what contains all places so near to some points, shape (n, 3), m."""
-    return (points[:, None] + ball_vertices(np.full(3, grown))).reshape(-1, 3) if grown else points
+    return (points[:, None] + make_ball_vertices(np.full(3, grown))).reshape(-1, 3) if grown else points
 
 
-def massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:
+def find_massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:
     """Names of the bodies, in a plant not yet finalized, that move although nothing with a mass moves with them.
 
     A link that a joint moves may leave the mass to what it carries; a body without any joint, which moves freely, only
@@ -278,12 +280,12 @@ class Drive(NamedTuple):
         return [(v + arm * omega) / radius for radius, arm in zip(*self, strict=True)]
 
 
-def drive_geometry(robot: RobotModel) -> Drive:
+def find_drive_geometry(robot: RobotModel) -> Drive:
     """Where the wheels of a robot, as from `add_robot`, touch the floor."""
     poses, drive = robot.poses(), []
     for joint in robot.wheels:
         link = joint.child_body()
-        (sphere,) = (g for g in robot.shapes(link) if floor_contact(robot.inspector, g))
+        (sphere,) = (g for g in robot.shapes(link) if read_floor_contact(robot.inspector, g))
         X_BL = poses[link.index()]
         axis = X_BL.rotation() @ (joint.frame_on_child().GetFixedRotationMatrixInBodyFrame() @ joint.revolute_axis())
         y = (X_BL @ robot.inspector.GetPoseInFrame(sphere)).translation()[1]
@@ -291,7 +293,7 @@ def drive_geometry(robot: RobotModel) -> Drive:
     return Drive(*zip(*drive, strict=True))
 
 
-def wheel_rates(robot: RobotModel) -> np.ndarray:
+def compute_wheel_rates(robot: RobotModel) -> np.ndarray:
     """The matrix that takes the wheels' rates, in the order of their actuators, out of the state of a model."""
     plant, model, rows = robot.plant, robot.index, []
     for joint in robot.wheels:
@@ -301,7 +303,7 @@ def wheel_rates(robot: RobotModel) -> np.ndarray:
     return np.array(rows)
 
 
-def standing(robot: RobotModel, floor: float) -> tuple[float, float, float]:
+def find_standing_range(robot: RobotModel, floor: float) -> tuple[float, float, float]:
     """The least and the largest x at which a robot stands on a floor, and that of its centre of mass, m.
 
     All in base_link; `floor` is its height there, m.
@@ -311,11 +313,11 @@ def standing(robot: RobotModel, floor: float) -> tuple[float, float, float]:
         link = robot.plant.get_body(index)
         masses.append((link.default_mass(), float((X_BL @ link.default_com())[0])))
     mass, x = np.array(masses).T
-    standing_places = [float(each.points[0].mean()) for each in robot.extents(poses) if each.low < floor + 1e-3]
+    standing_places = [float(each.points[0].mean()) for each in robot.find_extents(poses) if each.low < floor + 1e-3]
     return min(standing_places), max(standing_places), float(mass @ x / mass.sum())
 
 
-def drive_ability(robot: RobotModel) -> tuple[float, float]:
+def find_drive_ability(robot: RobotModel) -> tuple[float, float]:
     """Acceleration, m/s^2, and yaw acceleration, rad/s^2, of a robot whose wheels carry and grip with all its weight.
 
     They are those of base_link, by the efforts and arms of the wheels and by mass and inertia of all links.
@@ -326,7 +328,7 @@ def drive_ability(robot: RobotModel) -> tuple[float, float]:
         of_link = link.default_spatial_inertia().ReExpress(X_BL.rotation()).Shift(-X_BL.translation())
         inertia += of_link.CalcRotationalInertia().CopyToFullMatrix3()[2, 2]
         mass += link.default_mass()
-    (radii, arms), joints = drive_geometry(robot), robot.wheels
+    (radii, arms), joints = find_drive_geometry(robot), robot.wheels
     grip, push, torque = -robot.plant.gravity_field().gravity_vector()[2] * mass / len(joints), 0.0, 0.0
     for joint, radius, arm in zip(joints, radii, arms, strict=True):
         effort = robot.plant.GetJointActuatorByName(joint.name(), robot.index).effort_limit()

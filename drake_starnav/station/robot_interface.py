@@ -14,13 +14,13 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.scenario.schema import DriveParameters, Scenario
-from drake_starnav.station.lidar_mounts import lidar_poses, mount_of
+from drake_starnav.station.lidar_mounts import find_lidar_poses, find_mount
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
-from drake_starnav.station.model_world import floor_geometries
+from drake_starnav.station.model_world import find_floor_geometries
 from drake_starnav.station.planar_drive import PlanarVelocityCommand
-from drake_starnav.station.planar_localization import PlanarLocalization, lidar_seed
-from drake_starnav.station.robot_body import sticking_out
-from drake_starnav.station.robot_geometry import RobotModel, drive_geometry, floor_contact
+from drake_starnav.station.planar_localization import PlanarLocalization, derive_lidar_seed
+from drake_starnav.station.robot_body import find_protrusion
+from drake_starnav.station.robot_geometry import RobotModel, find_drive_geometry, read_floor_contact
 from drake_starnav.station.wheel_drive import StepsCheck, WheelServo, WheelSlip, WheelSpeedCommand
 from drake_starnav.systems.star_perception import lidar_names
 
@@ -94,27 +94,27 @@ class RobotInterface(Diagram):
         robot_model = RobotModel(plant, scene_graph, model)
         _check_added(robot_model, planar=self.robot.drive.holonomic)
         base, context = plant.GetBodyByName("base_link", model).body_frame(), plant.CreateDefaultContext()
-        bodies = joined_bodies(plant, model)
+        bodies = find_joined_bodies(plant, model)
         poses = {i: plant.CalcRelativeTransform(context, base, plant.get_body(i).body_frame()) for i in bodies}
         self.longest_step = robot_model.longest_step()
-        self._drive = None if self.robot.drive.holonomic else drive_geometry(robot_model)
-        self.sticking_out = functools.partial(sticking_out, robot_model, poses)
+        self._drive = None if self.robot.drive.holonomic else find_drive_geometry(robot_model)
+        self.sticking_out = functools.partial(find_protrusion, robot_model, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
         frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
         self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
         self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
-        places = lidar_poses(robot_model, self.lidars)
+        places = find_lidar_poses(robot_model, self.lidars)
         lift = plant.EvalBodyPoseInWorld(context, robot_model.base).translation()[2]
         self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), robot_model.top(on=poses)
         self.body_top = robot_model.top(self.robot.overhangs.split(), on=poses)
         self.reach = math.inf if carried else robot_model.reach(poses)
-        self.mounts = tuple(map(mount_of, places, self.lidars, self.heights))
+        self.mounts = tuple(map(find_mount, places, self.lidars, self.heights))
         sensors = {}
         for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
             mount = LidarMount(self.base_frame, places[k], frames)
-            sensor = LidarSensor(lidar, mount, seed=lidar_seed(seed, k))
+            sensor = LidarSensor(lidar, mount, seed=derive_lidar_seed(seed, k))
             sensors[name] = builder.AddNamedSystem(name, sensor)
         where = builder.AddNamedSystem(
             "localization",
@@ -169,12 +169,12 @@ class RobotInterface(Diagram):
     @cached_property
     def floor(self) -> list[GeometryId]:
         """Collision shapes that the robot may touch."""
-        return floor_geometries(self.plant, self.scene_graph)
+        return find_floor_geometries(self.plant, self.scene_graph)
 
     def _keep_to_the_floor(self) -> None:
         """Let some shapes of the robot touch nothing but the floor, and some anything but it."""
         inspector, filters = self.scene_graph.model_inspector(), CollisionFilterDeclaration()
-        contact_texts = {geometry: floor_contact(inspector, geometry) for geometry in self.robot_geometries}
+        contact_texts = {geometry: read_floor_contact(inspector, geometry) for geometry in self.robot_geometries}
         others = set(inspector.GetAllGeometryIds(Role.kProximity)) - set(self.floor)
         for floor_only, kept_from in ((True, others), (False, self.floor)):
             shapes = [geometry for geometry, floor in contact_texts.items() if floor is floor_only]
@@ -192,7 +192,7 @@ class RobotInterface(Diagram):
         if self.drive.delay > 0.0:
             size = len(self.robot.drive.components)
             time_step = self.scenario.simulation.time_step
-            delay = DiscreteTimeDelay(time_step, delay_steps(self.drive, time_step), size)
+            delay = DiscreteTimeDelay(time_step, count_delay_steps(self.drive, time_step), size)
             late = builder.AddNamedSystem("drive_delay", delay)
             builder.Connect(late.get_output_port(), command)
             command = late.get_input_port()
@@ -202,7 +202,7 @@ class RobotInterface(Diagram):
 def _check_added(robot: RobotModel, *, planar: bool) -> None:
     """Raise a `StarnavError` for a model that a parser added, without what `add_robot` gives it."""
     has_base = robot.plant.HasBodyNamed("base_link", robot.index)
-    floors = (floor_contact(robot.inspector, shape) for shape in robot.shapes(*robot.links))
+    floors = (read_floor_contact(robot.inspector, shape) for shape in robot.shapes(*robot.links))
     if not has_base or not robot.wheels or not (planar or any(floors)):
         raise StarnavError(
             f"model {robot.plant.GetModelInstanceName(robot.index)} of the plant is not one of add_robot, which finds "
@@ -211,7 +211,7 @@ def _check_added(robot: RobotModel, *, planar: bool) -> None:
         )
 
 
-def joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[BodyIndex]:
+def find_joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[BodyIndex]:
     """A robot's links, and all bodies that joints hold to them, such as those of an arm on it; not the world body."""
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     pairs = [{joint.parent_body().index(), joint.child_body().index()} for joint in joints]
@@ -222,7 +222,7 @@ def joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[Body
     return sorted(found_bodies)
 
 
-def delay_steps(drive: DriveParameters, time_step: float) -> int:
+def count_delay_steps(drive: DriveParameters, time_step: float) -> int:
     """The drive's delay in time steps, rounded up: at least one if there is any delay."""
     return max(math.ceil(drive.delay / time_step - 1e-9), int(drive.delay > 0.0))
 

@@ -17,23 +17,30 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.models.parser_warnings import parsing
+from drake_starnav.models.parser_warnings import refuse_parser_warnings
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.planar_drive import put_on_joints
-from drake_starnav.station.robot_body import HOLDS_ALL, add_body, add_looks, overhang_faults, own_body, sticking_out
-from drake_starnav.station.robot_file import center, effort, hold, robot_urdf
+from drake_starnav.station.robot_body import (
+    HOLDS_ALL,
+    add_body,
+    add_looks,
+    find_overhang_faults,
+    find_protrusion,
+    read_own_body,
+)
+from drake_starnav.station.robot_file import fix_joints, make_robot_urdf, move_origin, read_effort
 from drake_starnav.station.robot_geometry import (
     TOLERANCE,
     RobotModel,
-    drive_ability,
-    drive_geometry,
-    massless_links,
-    robot_outline,
-    standing,
+    find_drive_ability,
+    find_drive_geometry,
+    find_massless_links,
+    find_standing_range,
+    make_robot_outline,
 )
-from drake_starnav.station.robot_wheels import found_wheels, stand_on_wheels
-from drake_starnav.utils.resources import model_path
+from drake_starnav.station.robot_wheels import find_wheels, stand_on_wheels
+from drake_starnav.utils.resources import find_model_path
 
 WHEEL_GAIN = 10.0
 """Velocity servo of the wheels, N m s/rad, if those of `SERVO_LAG` do not need more."""
@@ -64,51 +71,51 @@ def add_robot(
         StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, it has no wheels on
             both sides, or it sticks out of its footprint.
     """
-    path, root, body, has_changed = robot_urdf(robot)
-    sketch, scene, wheels = *_empty_plant(), None
-    read = RobotModel(sketch, scene, _parsed(Parser(sketch), root, path))
+    path, root, body, has_changed = make_robot_urdf(robot)
+    sketch, scene, wheels = *_make_empty_plant(), None
+    read = RobotModel(sketch, scene, _parse_model(Parser(sketch), root, path))
     faults, has_base = [], sketch.HasBodyNamed("base_link", read.index)  # else there is nothing from which to measure
     planar = robot.drive.holonomic and has_base
     if has_base and not planar:
         try:
-            wheels = found_wheels(read, robot.wheel_joints)
+            wheels = find_wheels(read, robot.wheel_joints)
         except ValueError as error:
             faults.append(str(error))
     names = () if wheels is None else (*wheels.left, *wheels.right)
     if wheels is not None and max(map(abs, wheels.middle)) > 1e-6:
-        center(root, *wheels.middle)
-    held_joints = hold(root, names)
+        move_origin(root, *wheels.middle)
+    held_joints = fix_joints(root, names)
     if held_joints and (planar or wheels is not None):
         warnings.warn(f"robot model {path}: joints held still: {', '.join(held_joints)}", stacklevel=2)
-    robot_model = RobotModel(plant, scene_graph, _parsed(Parser(plant, model_name_prefix=name), root, path))
+    robot_model = RobotModel(plant, scene_graph, _parse_model(Parser(plant, model_name_prefix=name), root, path))
     if body is not None:
         add_body(robot_model, robot.shape, body)
         if has_changed:
             add_looks(robot_model, robot.shape, body, root)
     floor = None
     if planar:
-        put_on_joints(robot_model, max(0.0, -robot_model.lowest(robot_model.poses())), start)
+        put_on_joints(robot_model, max(0.0, -robot_model.find_lowest_point(robot_model.poses())), start)
     elif wheels is not None:
-        floor = stand_on_wheels(robot_model, wheels, [effort(root, joint) for joint in names])
-    faults += model_faults(robot_model, robot, floor)
+        floor = stand_on_wheels(robot_model, wheels, [read_effort(root, joint) for joint in names])
+    faults += find_model_faults(robot_model, robot, floor)
     if faults:
         fault_texts = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
         raise StarnavError(f"robot model {path}: {'; '.join(fault_texts)}")
     if floor is not None:
         _set_gains(robot_model)
-        _free_wheels(robot_model)
+        _exclude_wheel_collisions(robot_model)
         X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], -floor])
         plant.SetDefaultFloatingBaseBodyPose(robot_model.base, X_WB)
     return robot_model.index
 
 
-def _empty_plant() -> tuple[MultibodyPlant, SceneGraph]:
+def _make_empty_plant() -> tuple[MultibodyPlant, SceneGraph]:
     plant, scene_graph = MultibodyPlant(1.0), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     return plant, scene_graph
 
 
-def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:
+def _parse_model(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:
     ElementTree.indent(root)  # one element a line, by which the parser names it
     text = ElementTree.tostring(root, encoding="unicode")
 
@@ -120,7 +127,7 @@ def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstan
         links = re.findall(r'<link name="([^"]*)"', "\n".join(text.splitlines()[: int(match[1])]))
         return f"link {links[-1]}: {message[match.end() :]}" if links else message[match.end() :]
 
-    with parsing(f"robot model {path}", "a URDF file with one robot", said):
+    with refuse_parser_warnings(f"robot model {path}", "a URDF file with one robot", said):
         (model,) = parser.AddModelsFromString(text, "urdf")
     return model
 
@@ -128,33 +135,33 @@ def _parsed(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstan
 def _set_gains(robot: RobotModel) -> None:
     """Let the wheels hold their speeds: a discrete plant does it itself, a continuous one by its `WheelServo`."""
     mass = sum(link.default_mass() for link in robot.links)
-    for joint, radius in zip(robot.wheels, drive_geometry(robot).radii, strict=True):
+    for joint, radius in zip(robot.wheels, find_drive_geometry(robot).radii, strict=True):
         gains = PdControllerGains(p=0.0, d=max(WHEEL_GAIN, mass * radius**2 / SERVO_LAG))
         robot.plant.GetJointActuatorByName(joint.name(), robot.index).set_controller_gains(gains)
 
 
-def _free_wheels(robot: RobotModel) -> None:
+def _exclude_wheel_collisions(robot: RobotModel) -> None:
     """Let the wheels touch no link of their robot: Drake excepts only the one that their joint hangs on."""
-    turned_parts = [part for joint in robot.wheels for part in robot.carried(joint.child_body())]
+    turned_parts = [part for joint in robot.wheels for part in robot.find_carried_links(joint.child_body())]
     wheels, all_of_them = (GeometrySet(robot.shapes(*links)) for links in (turned_parts, robot.links))
     filter_declaration = CollisionFilterDeclaration().ExcludeBetween(wheels, all_of_them)
     robot.scene_graph.collision_filter_manager().Apply(filter_declaration)
 
 
-def with_own_shape(scenario: Scenario) -> Scenario:
+def add_own_shape(scenario: Scenario) -> Scenario:
     """The scenario with the shape of the robot's model, of which nothing was said: `robot.radius` is 0."""
     robot = scenario.robot
-    shape = own_shape(dataclasses.replace(robot, radius=4.9))  # m; a model may reach so far while it is read
+    shape = read_own_shape(dataclasses.replace(robot, radius=4.9))  # m; a model may reach so far while it is read
     return dataclasses.replace(scenario, robot=dataclasses.replace(robot, **shape))
 
 
-def own_shape(robot: RobotParameters) -> dict[str, Any]:
+def read_own_shape(robot: RobotParameters) -> dict[str, Any]:
     """`radius`, and `footprint` unless it is round, of a shipped robot; of another one that of its collision shapes."""
-    if model_path("robots", f"{robot.model}.urdf").is_file():
-        return own_body(robot.model)
-    plant, scene_graph = _empty_plant()
+    if find_model_path("robots", f"{robot.model}.urdf").is_file():
+        return read_own_body(robot.model)
+    plant, scene_graph = _make_empty_plant()
     model = add_robot(plant, scene_graph, robot, (0.0, 0.0, 0.0))
-    outline = robot_outline(RobotModel(plant, scene_graph, model), robot.overhangs.split())
+    outline = make_robot_outline(RobotModel(plant, scene_graph, model), robot.overhangs.split())
     if outline is None:
         raise StarnavError(
             f"robot model {robot.model} has no collision shapes that enclose anything; allowed: robot.radius or "
@@ -168,7 +175,7 @@ def own_shape(robot: RobotParameters) -> dict[str, Any]:
     return {"radius": RobotParameters.radius, "footprint": corners}
 
 
-def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | None) -> Iterator[str]:
+def find_model_faults(robot: RobotModel, declared: RobotParameters, floor: float | None) -> Iterator[str]:
     """What is wrong with a model in a plant not yet finalized, of the parameters that were declared.
 
     `floor`: its height in base_link, m; None if the model has no wheels.
@@ -176,17 +183,17 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
     has_base = robot.plant.HasBodyNamed("base_link", robot.index)
     if not has_base:
         yield "it has no link base_link; allowed: link base_link, whose x axis is the robot's heading"
-    for name in massless_links(robot.plant, robot.plant.GetBodyIndices(robot.index)):
+    for name in find_massless_links(robot.plant, robot.plant.GetBodyIndices(robot.index)):
         yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
     if not has_base:
         return
-    by, link = sticking_out(robot, robot.poses(), declared)
+    by, link = find_protrusion(robot, robot.poses(), declared)
     if by > TOLERANCE:
         yield f"link {link} sticks out of {declared.said_of_shape} by {1e3 * by:.0f} mm; allowed: {HOLDS_ALL}"
-    yield from overhang_faults(robot, declared, 0.0 if floor is None else floor)
+    yield from find_overhang_faults(robot, declared, 0.0 if floor is None else floor)
     if floor is None:
         return
-    pushing_ability, turning_ability = drive_ability(robot)
+    pushing_ability, turning_ability = find_drive_ability(robot)
     for name in ("max_acceleration", "max_deceleration"):
         if pushing_ability < (asked_acceleration := getattr(declared, name)):
             yield (
@@ -210,13 +217,13 @@ def model_faults(robot: RobotModel, declared: RobotParameters, floor: float | No
             "more, wheels farther apart, "
             "a larger effort of their joints, or less inertia about the axis"
         )
-    least, largest, middle = standing(robot, floor)
+    least, largest, middle = find_standing_range(robot, floor)
     if not least < middle < largest:
         yield (
             f"its centre of mass lies at x = {middle:.3g} m, and it stands on the floor from {least:.3g} to "
             f"{largest:.3g} m, so that it tips over; allowed: between, by the <inertial> of its links or by casters"
         )
-    for each in robot.extents(robot.poses()):
+    for each in robot.find_extents(robot.poses()):
         if each.low < floor - TOLERANCE and each.floor is None:  # what would lift the wheels
             yield (
                 f"link {each.link.name()} reaches {1e3 * (floor - each.low):.0f} mm lower than the wheels; allowed: "

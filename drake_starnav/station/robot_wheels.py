@@ -57,7 +57,7 @@ class _Span(NamedTuple):
     high: float
 
 
-def found_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
+def find_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
     """The wheels of a model as it was read into a plant not yet finalized.
 
     Args:
@@ -69,7 +69,7 @@ def found_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
     Raises:
         ValueError: there are none, or not these; says what is allowed.
     """
-    turning = {each.name: each for each in _turning(robot)}
+    turning = {each.name: each for each in _find_turning_joints(robot)}
     choice = f"robot.wheel_joints: [left, right] with two of {', '.join(turning) or 'the joints that turn about y'}"
     if any(given):
         left, right = (tuple(side.split()) for side in given)
@@ -78,7 +78,7 @@ def found_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
             names = ", ".join(missing) or "on one side"
             raise ValueError(f"it has no joint{'s' * (len(missing) > 1)} {names} about y or -y; allowed: {choice}")
     else:
-        pairs = _pairs([each for each in turning.values() if np.isfinite(each.low)])
+        pairs = _find_wheel_pairs([each for each in turning.values() if np.isfinite(each.low)])
         floor = min((end.low for pair in pairs for end in pair), default=0.0)
         pairs = [pair for pair in pairs if max(end.low for end in pair) <= floor + CASTER_CLEARANCE]
         left, right = (tuple(pair[k].name for pair in pairs) for k in (0, 1))
@@ -106,7 +106,7 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
 
     Args:
         robot: in a plant not yet finalized; the origin of base_link lies in the middle of the axles.
-        wheels: as from `found_wheels`, with collision shapes.
+        wheels: as from `find_wheels`, with collision shapes.
         efforts: the largest torque of each, the left ones first, N m.
 
     Returns:
@@ -114,16 +114,16 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
     """
     joints = [robot.plant.GetJointByName(name, robot.index) for name in (*wheels.left, *wheels.right)]
     poses = robot.poses()
-    spans = [_span(robot, joint) for joint in joints]
-    axles = [(poses[joint.child_body().index()] @ _axle(joint)).translation() for joint in joints]
+    spans = [_measure_wheel_span(robot, joint) for joint in joints]
+    axles = [(poses[joint.child_body().index()] @ _add_axle(joint)).translation() for joint in joints]
     floor = min(float(axle[2]) - span.radius for axle, span in zip(axles, spans, strict=True))
     is_opposite = [abs(axle[0]) <= OPPOSITE for axle in axles]
     turned_bodies = set()
     for joint, span, axle, grip, effort in zip(joints, spans, axles, is_opposite, efforts, strict=True):
         robot.plant.AddJointActuator(joint.name(), joint, effort)
         radius = float(axle[2]) - floor
-        _roll(robot, joint, span._replace(radius=radius if grip else radius - LIFTED), slides=not grip)
-        turned_bodies |= {body.index() for body in robot.carried(joint.child_body())}
+        _add_rolling_sphere(robot, joint, span._replace(radius=radius if grip else radius - LIFTED), slides=not grip)
+        turned_bodies |= {body.index() for body in robot.find_carried_links(joint.child_body())}
     if not any(is_opposite):
         for name, side in (("left_grip", axles[: len(wheels.left)]), ("right_grip", axles[len(wheels.left) :])):
             _, y, z = np.mean(side, axis=0)
@@ -131,27 +131,27 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
     support_places = [float(axle[0]) for axle, grip in zip(axles, is_opposite, strict=True) if not grip]
     for index, X_BL in poses.items():
         if index not in turned_bodies:
-            support_places += _slide(robot, index, X_BL, floor)
+            support_places += _let_link_slide(robot, index, X_BL, floor)
     farthest_support = max(map(abs, support_places), default=0.5 * float(np.ptp([axle[1] for axle in axles])))
     for end in (-farthest_support, farthest_support):
         if not any(x * end > 0.0 for x in support_places):
             place = RigidTransform([end, 0.0, floor + LIFTED + CASTER_RADIUS])
-            _register(robot, robot.base, place, CASTER_RADIUS, None)
+            _register_sphere(robot, robot.base, place, CASTER_RADIUS, None)
     return floor
 
 
-def _turning(robot: RobotModel) -> list[_Turning]:
+def _find_turning_joints(robot: RobotModel) -> list[_Turning]:
     """The joints of a model about y or -y that hang on no swivel, and that no other such joint hangs on."""
     poses, turning_joints, joints = robot.poses(), [], robot.joints
     above = {joint.child_body().index(): joint for joint in joints}
     axes = {
-        joint.name(): (poses[joint.child_body().index()] @ _axle(joint)).rotation() @ ALONG_Z
+        joint.name(): (poses[joint.child_body().index()] @ _add_axle(joint)).rotation() @ ALONG_Z
         for joint in joints
         if isinstance(joint, RevoluteJoint) and joint.child_body().index() in poses
     }
     for name, axis in axes.items():
         joint = robot.plant.GetJointByName(name, robot.index)
-        below = robot.carried(joint.child_body())
+        below = robot.find_carried_links(joint.child_body())
         body, swivels = joint.parent_body().index(), False
         while body in above:
             swivels = swivels or abs(axes.get(above[body].name(), np.zeros(3))[2]) > ALONG
@@ -159,12 +159,12 @@ def _turning(robot: RobotModel) -> list[_Turning]:
         arm = any(abs(axes.get(above[part.index()].name(), np.zeros(3))[1]) > ALONG for part in below[1:])
         if swivels or arm or abs(axis[1]) < ALONG:
             continue
-        low = robot.lowest({part.index(): poses[part.index()] for part in below})
-        turning_joints.append(_Turning(name, (poses[joint.child_body().index()] @ _axle(joint)).translation(), low))
+        low = robot.find_lowest_point({part.index(): poses[part.index()] for part in below})
+        turning_joints.append(_Turning(name, (poses[joint.child_body().index()] @ _add_axle(joint)).translation(), low))
     return turning_joints
 
 
-def _pairs(turning: list[_Turning]) -> list[tuple[_Turning, _Turning]]:
+def _find_wheel_pairs(turning: list[_Turning]) -> list[tuple[_Turning, _Turning]]:
     """Joints opposite each other, the left one first; of several at one side, outer with outer."""
     pairs, rest = [], sorted(turning, key=lambda each: (each.place[1], each.name))
     while rest:
@@ -176,31 +176,31 @@ def _pairs(turning: list[_Turning]) -> list[tuple[_Turning, _Turning]]:
     return pairs
 
 
-def _axle(joint: RevoluteJoint) -> RigidTransform:
+def _add_axle(joint: RevoluteJoint) -> RigidTransform:
     """A frame on the axis of a joint, z along it, in the link that it turns."""
     X = joint.frame_on_child().GetFixedPoseInBodyFrame()
     return X @ RigidTransform(RotationMatrix.MakeFromOneVector(joint.revolute_axis(), 2), np.zeros(3))
 
 
-def _span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
+def _measure_wheel_span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
     """The span of a wheel's shapes; a sphere counts with its plane."""
     poses = robot.poses()
-    X_AB = (poses[joint.child_body().index()] @ _axle(joint)).inverse()
-    parts = {part.index(): X_AB @ poses[part.index()] for part in robot.carried(joint.child_body())}
+    X_AB = (poses[joint.child_body().index()] @ _add_axle(joint)).inverse()
+    parts = {part.index(): X_AB @ poses[part.index()] for part in robot.find_carried_links(joint.child_body())}
     spans = [
         (np.hypot(*each.points[:2]).max() + each.grown, each.points[2].min(), each.points[2].max())
-        for each in robot.extents(parts)
+        for each in robot.find_extents(parts)
     ]
     radii, low, high = np.array(spans).T
     return _Span(float(radii.max()), float(low.min()), float(high.max()))
 
 
-def _roll(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool) -> None:
+def _add_rolling_sphere(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool) -> None:
     """Give a wheel a sphere that touches only the floor, and let what else it carries never touch it."""
-    plant, inspector, link, X_LA = robot.plant, robot.inspector, joint.child_body(), _axle(joint)
+    plant, inspector, link, X_LA = robot.plant, robot.inspector, joint.child_body(), _add_axle(joint)
     middle = RigidTransform(X_LA.translation() + 0.5 * (span.low + span.high) * (X_LA.rotation() @ ALONG_Z))
     properties = None
-    for part in robot.carried(link):
+    for part in robot.find_carried_links(link):
         for geometry in robot.shapes(part):
             own = ProximityProperties(inspector.GetProximityProperties(geometry))
             properties = properties or ProximityProperties(own)
@@ -213,15 +213,15 @@ def _roll(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool)
             robot.keep_off_floor(geometry, own)
     assert properties is not None
     if not properties.HasProperty("material", "point_contact_stiffness"):
-        properties.AddProperty("material", "point_contact_stiffness", _stiffness(robot))
-    _register(robot, link, middle, span.radius, None if slides else properties)
+        properties.AddProperty("material", "point_contact_stiffness", _find_stiffness(robot))
+    _register_sphere(robot, link, middle, span.radius, None if slides else properties)
 
 
-def _stiffness(robot: RobotModel) -> float:
+def _find_stiffness(robot: RobotModel) -> float:
     return min(STIFFNESS, STIFFNESS_PER_MASS * sum(link.default_mass() for link in robot.links))
 
 
-def _register(
+def _register_sphere(
     robot: RobotModel,
     link: RigidBody,
     X_LG: RigidTransform,
@@ -249,17 +249,17 @@ def _add_grip(robot: RobotModel, name: str, place: np.ndarray, radius: float) ->
     plant.AddJointActuator(name, joint)
     properties = ProximityProperties()
     properties.AddProperty("material", "coulomb_friction", CoulombFriction(1.0, 1.0))
-    properties.AddProperty("material", "point_contact_stiffness", _stiffness(robot))
-    _register(robot, link, RigidTransform(), radius, properties)
+    properties.AddProperty("material", "point_contact_stiffness", _find_stiffness(robot))
+    _register_sphere(robot, link, RigidTransform(), radius, properties)
 
 
-def _slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, floor: float) -> list[float]:
+def _let_link_slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, floor: float) -> list[float]:
     """Let the shapes of a link that reach the floor slide on it, as a caster's wheel; returns their x in base_link, m.
 
     A sphere just above the floor stays; else a sphere without friction, that touches only the floor, comes beneath.
     """
     support_places = []
-    for each in list(robot.extents({link: X_BL})):
+    for each in list(robot.find_extents({link: X_BL})):
         clearance = each.low - floor
         if not -0.006 <= clearance < CASTER_CLEARANCE:  # m; a caster may lie a little lower than the wheels in a model
             continue
@@ -274,5 +274,5 @@ def _slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, floor: floa
             continue
         robot.keep_off_floor(each.geometry, properties)
         place = X_BL.inverse() @ np.array([*bottom[:2], floor + LIFTED + CASTER_RADIUS])
-        _register(robot, each.link, RigidTransform(place), CASTER_RADIUS, None)
+        _register_sphere(robot, each.link, RigidTransform(place), CASTER_RADIUS, None)
     return support_places

@@ -35,8 +35,8 @@ from pydrake.math import RigidTransform
 
 from drake_starnav.lidar.plane_slices import EVERYWHERE, Slab, Solids, find_scan_planes, slice_solids
 from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, cast_rolling
-from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
-from drake_starnav.worlds.footprints import box_vertices
+from drake_starnav.models.drake_meshes import compute_hull_faces, read_shape_triangles
+from drake_starnav.worlds.footprints import make_box_vertices
 
 SURFACE = ("lidar", "surface")
 """Group and name of the perception property of shapes that lidars see whatever their role."""
@@ -53,7 +53,7 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
     """
     parts: dict[FrameId, _Parts] = {inspector.world_frame_id(): _Parts()}
     deformable = set(inspector.GetAllDeformableGeometryIds())
-    for geometry in sorted(seen_geometries(inspector, role), key=GeometryId.get_value):
+    for geometry in sorted(find_seen_geometries(inspector, role), key=GeometryId.get_value):
         frame = inspector.GetFrameId(geometry)
         if frame in exclude:
             continue
@@ -65,7 +65,7 @@ def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[
     return {frame: part.solids() for frame, part in parts.items()}
 
 
-def seen_geometries(inspector: SceneGraphInspector, role: Role = Role.kProximity) -> set[GeometryId]:
+def find_seen_geometries(inspector: SceneGraphInspector, role: Role = Role.kProximity) -> set[GeometryId]:
     """The shapes of a role, and those with the property `SURFACE`."""
     surfaces = {
         geometry
@@ -127,7 +127,7 @@ class SceneSlices:
             if k == 0:
                 self._kept = x, y, 2.0 * reach
             slab = self._slabs[k]
-            if slab is None or not slab.holds(planes[k]):
+            if slab is None or not slab.contains_cut_of(planes[k]):
                 slab = self._slabs[k] = Slab.of(self._solids[k], planes[k])
             self._rows[k] = slice_solids(slab.solids, planes[k], EVERYWHERE if k else self._kept)
         if len(stale):
@@ -181,14 +181,14 @@ class _Parts:
             for z, low, high in ((half, 0.0, np.inf), (-half, -np.inf, 0.0)):
                 self._add_quadric(X_FG @ RigidTransform([0.0, 0.0, z]), np.full(3, shape.radius()), low, high)
         elif isinstance(shape, Box):
-            self._add_faces(X_FG, box_vertices(shape.size()), _BOX_FACES)
+            self._add_faces(X_FG, make_box_vertices(shape.size()), _BOX_FACES)
         elif isinstance(shape, HalfSpace):
             e = 1e5  # m; it is cut as a square face of this half-width
             self._add_faces(X_FG, np.array([(-e, -e, 0.0), (e, -e, 0.0), (e, e, 0.0), (-e, e, 0.0)]), ((0, 1, 2, 3),))
         elif isinstance(shape, Convex):
-            self._add_faces(X_FG, *hull_faces(shape, name))
+            self._add_faces(X_FG, *compute_hull_faces(shape, name))
         elif isinstance(shape, Mesh):
-            self._add_faces(X_FG, *mesh_triangles(shape, name))
+            self._add_faces(X_FG, *read_shape_triangles(shape, name))
         else:
             what = "MeshcatCone" if isinstance(shape, MeshcatCone) else type(shape).__name__
             warnings.warn(f"lidar: {what} {name} is ignored", stacklevel=2)

@@ -10,9 +10,9 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 
-from drake_starnav.station.model_world import FLOOR_TOLERANCE, placed_geometries, shadows
-from drake_starnav.station.robot_interface import RobotInterface, joined_bodies
-from drake_starnav.worlds.footprints import sphere_footprint
+from drake_starnav.station.model_world import FLOOR_TOLERANCE, find_placed_geometries, find_shadows
+from drake_starnav.station.robot_interface import RobotInterface, find_joined_bodies
+from drake_starnav.worlds.footprints import make_sphere_footprint
 from drake_starnav.worlds.world import World
 
 UNSEEN = 0.01
@@ -43,20 +43,20 @@ def warn_of_unseen(
     if own_plant:  # its other robots are among what moves
         instances = map(ModelInstanceIndex, range(plant.num_model_instances()))
         models |= {model for model in instances if plant.HasBodyNamed("base_link", model)}
-    own = {index for model in models for index in joined_bodies(plant, model)}
+    own = {index for model in models for index in find_joined_bodies(plant, model)}
     bodies = [plant.get_body(index) for index in map(BodyIndex, range(plant.num_bodies())) if index not in own]
     standing = [
         (geometry, X_WG)
         for hollow in (False, True)
-        for geometry, X_WG in placed_geometries(plant, inspector, bodies, hollow=hollow)
+        for geometry, X_WG in find_placed_geometries(plant, inspector, bodies, hollow=hollow)
         if geometry not in robots[0].floor and not isinstance(inspector.GetShape(geometry), HalfSpace)
     ]
     for robot in robots:
         beyond_sight = {inspector.GetName(each): _beyond_sight(inspector, each, X_WG, robot) for each, X_WG in standing}
-        _warn(world, robot, {name: by for name, by in beyond_sight.items() if by > UNSEEN})
+        _warn_of_shadows(world, robot, {name: by for name, by in beyond_sight.items() if by > UNSEEN})
 
 
-def _warn(world: World, robot: RobotInterface, hidden: dict[str, float]) -> None:
+def _warn_of_shadows(world: World, robot: RobotInterface, hidden: dict[str, float]) -> None:
     if not hidden:
         return
     widest = sorted(hidden, key=hidden.__getitem__, reverse=True)
@@ -74,9 +74,9 @@ def _beyond_sight(
     inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, robot: RobotInterface
 ) -> float:
     """How far a shape reaches beyond what lidars see of it, m; of what they do not see, all counts."""
-    struck, greatest_distance = _shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
+    struck, greatest_distance = _find_shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
     for lift in () if struck.is_empty else (-GRAZED, GRAZED):
-        cuts = [_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
+        cuts = [_find_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
         seen_area = shapely.union_all(cuts)
         if seen_area.is_empty:
             return float(np.ptp(shapely.get_coordinates(struck), axis=0).max())
@@ -85,11 +85,11 @@ def _beyond_sight(
     return greatest_distance
 
 
-def _shadow(
+def _find_shadow(
     inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, low: float, high: float
 ) -> shapely.Geometry:
     """What a shape covers of the floor by its part between two heights, m."""
     if isinstance(ball := inspector.GetShape(geometry), Sphere):
-        disc = sphere_footprint(X_WG.translation(), ball.radius(), low, high)
+        disc = make_sphere_footprint(X_WG.translation(), ball.radius(), low, high)
         return shapely.Polygon() if disc is None else shapely.Point(disc[:2]).buffer(disc[2])
-    return shapely.union_all([shapely.Polygon(each) for each in shadows(inspector, geometry, X_WG, low, high)])
+    return shapely.union_all([shapely.Polygon(each) for each in find_shadows(inspector, geometry, X_WG, low, high)])

@@ -10,7 +10,7 @@ from pydrake.systems.primitives import MatrixGain, Multiplexer
 
 from drake_starnav.lidar.sensor_model import Stream, draw_random_numbers
 from drake_starnav.robot import RobotParameters
-from drake_starnav.station.robot_geometry import Drive, RobotModel, wheel_rates
+from drake_starnav.station.robot_geometry import Drive, RobotModel, compute_wheel_rates
 from drake_starnav.systems.release import declare_vector
 
 SLIP_PERIOD = 1.0
@@ -39,9 +39,15 @@ class WheelSpeedCommand(LeafSystem):
         self._base, self._limits, self._drive = robot.drive, robot.limits, drive
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self._angles = [0.0] * len(drive.radii)
-        declare_vector(self, "desired_state", 2 * len(drive.radii), WheelSpeedCommand._desired, {self._twist.ticket()})
+        declare_vector(
+            self,
+            "desired_state",
+            2 * len(drive.radii),
+            WheelSpeedCommand._compute_desired_state,
+            {self._twist.ticket()},
+        )
 
-    def _desired(self, context: Context) -> list:
+    def _compute_desired_state(self, context: Context) -> list:
         twist = self._base.saturate(self._twist.Eval(context), self._limits).tolist()
         return self._angles + self._drive.rates(*self._base.body_rates(twist))
 
@@ -65,11 +71,11 @@ class WheelSlip(LeafSystem):
         super().__init__()
         self._sides, self._slip, self._seed = list(sides), slip, seed
         self._desired = self.DeclareVectorInputPort("desired_state", 2 * len(sides))
-        declare_vector(self, "slipping_state", 2 * len(sides), WheelSlip._slipping)
+        declare_vector(self, "slipping_state", 2 * len(sides), WheelSlip._apply_slip)
 
-    def _slipping(self, context: Context) -> np.ndarray:
+    def _apply_slip(self, context: Context) -> np.ndarray:
         desired_twist = self._desired.Eval(context).copy()
-        shares = wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
+        shares = draw_wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
         desired_twist[len(self._sides) :] *= shares[self._sides]
         return desired_twist
 
@@ -97,7 +103,7 @@ class WheelServo(Diagram):
     def __init__(self, robot: RobotModel) -> None:
         """Drive the wheels of a robot, as from `add_robot`, in a finalized plant."""
         super().__init__()
-        rates = wheel_rates(robot)
+        rates = compute_wheel_rates(robot)
         n, size = rates.shape
         actuators = [robot.plant.GetJointActuatorByName(joint.name(), robot.index) for joint in robot.wheels]
         gain_of_each = np.array([[actuator.get_controller_gains().d] for actuator in actuators])
@@ -131,7 +137,7 @@ class StepsCheck(LeafSystem):
         return EventStatus.Succeeded()
 
 
-def wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
+def draw_wheel_shares(slip: float, seed: int, index: int) -> np.ndarray:
     """The share of its speed that each wheel, left and right, keeps in a second of that index; it may lose up to
     `slip`."""
     return 1.0 - slip * draw_random_numbers(seed, Stream.SLIP, index).random(2)

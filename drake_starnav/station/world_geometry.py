@@ -25,11 +25,11 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.models.obj_files import obj_text, prism
+from drake_starnav.models.obj_files import format_obj, make_prism
 from drake_starnav.station.model_world import add_model
 from drake_starnav.station.robot_geometry import RobotModel
 from drake_starnav.station.scene_slices import SURFACE
-from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.convex_parts import split_into_convex_parts
 from drake_starnav.worlds.world import World
 
 OBSTACLE_HEIGHT = 0.5
@@ -66,7 +66,7 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
 
     The bodies of a model file are added as its models. All else is anchored to the world body, which keeps a thousand
     obstacles cheap to simulate. More polygons than `MOST_POLYGONS`, and fixed meshes that are hollow, become surfaces,
-    with which a plant has no contact: a `CollisionMonitor` of your own finds it by `surface_world`.
+    with which a plant has no contact: a `CollisionMonitor` of your own finds it by `make_surface_world`.
 
     Raises:
         StarnavError: the world has moving obstacles, which only `add_station` can drive; or as in `add_model`.
@@ -79,13 +79,13 @@ def add_world(plant: MultibodyPlant, world: World) -> None:
     add_still_obstacles(plant, world)
 
 
-def obstacle_height(plant: MultibodyPlant, scene_graph: SceneGraph) -> float:
+def find_obstacle_height(plant: MultibodyPlant, scene_graph: SceneGraph) -> float:
     """Height of prisms, cylinders and walls in a plant, m: its robots and their lidars are lower."""
     needed_height = OBSTACLE_HEIGHT
     for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
         if plant.HasBodyNamed("base_link", model):
             robot = RobotModel(plant, scene_graph, model)
-            needed_height = max(needed_height, robot.top() + OVERHEAD, robot.highest_frame() + OVERHEAD)
+            needed_height = max(needed_height, robot.top() + OVERHEAD, robot.find_highest_frame() + OVERHEAD)
     return needed_height
 
 
@@ -94,26 +94,26 @@ def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | Non
     if world.model is not None:  # whose footprints are the world's cylinders and polygons
         add_model(plant, Parser(plant).scene_graph(), world.model)
         return
-    height = height or obstacle_height(plant, Parser(plant).scene_graph())
+    height = height or find_obstacle_height(plant, Parser(plant).scene_graph())
     z = 0.5 * height
     for k, (x, y, radius) in enumerate(world.cylinders):
-        _add(plant, f"cylinder_{k}", Cylinder(radius, height), RigidTransform([x, y, z]), OBSTACLE_COLOR)
+        _add_shape(plant, f"cylinder_{k}", Cylinder(radius, height), RigidTransform([x, y, z]), OBSTACLE_COLOR)
     for k, (x, y, radius) in enumerate(world.spheres):
-        _add(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
-    parts, solid = {}, surface_world(world) is None
+        _add_shape(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
+    parts, solid = {}, make_surface_world(world) is None
     for k, polygon in enumerate(world.polygons):
-        parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(convex_parts(polygon))})
+        parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(split_into_convex_parts(polygon))})
     is_one_body = not solid or len(parts) > MOST_LOOKS
     for name, part in parts.items() if solid else ():
-        _add(plant, name, *_prism(part, height, name), None if is_one_body else OBSTACLE_COLOR)
+        _add_shape(plant, name, *_make_prism_shape(part, height, name), None if is_one_body else OBSTACLE_COLOR)
     if is_one_body:
-        add_surface(plant, _prisms_mesh(list(parts.values()), height), "polygons_visual", seen=not solid)
+        add_surface(plant, _make_prisms_mesh(list(parts.values()), height), "polygons_visual", seen=not solid)
     if world.bounds is not None:
-        for side, (cx, cy, length, width) in _walls(world.bounds).items():
-            _add(plant, f"wall_{side}", Box(length, width, height), RigidTransform([cx, cy, z]), WALL_COLOR)
+        for side, (cx, cy, length, width) in _make_walls(world.bounds).items():
+            _add_shape(plant, f"wall_{side}", Box(length, width, height), RigidTransform([cx, cy, z]), WALL_COLOR)
 
 
-def surface_world(world: World) -> World | None:
+def make_surface_world(world: World) -> World | None:
     """A world with those obstacles that are surfaces in a plant, with which it has no contact; None without any.
 
     `CollisionMonitor` finds the robot's contacts with them.
@@ -137,14 +137,14 @@ def add_surface(plant: MultibodyPlant, mesh: Mesh, name: str, *, seen: bool) -> 
     plant.RegisterVisualGeometry(plant.world_body(), instance)
 
 
-def _add(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, color: list[float] | None) -> None:
+def _add_shape(plant: MultibodyPlant, name: str, shape: Shape, X_WG: RigidTransform, color: list[float] | None) -> None:
     body = plant.world_body()
     plant.RegisterCollisionGeometry(body, X_WG, shape, name, CoulombFriction(0.3, 0.3))
     if color is not None:
         plant.RegisterVisualGeometry(body, X_WG, shape, f"{name}_visual", color)
 
 
-def _prism(corners: np.ndarray, height: float, label: str) -> tuple[Shape, RigidTransform]:
+def _make_prism_shape(corners: np.ndarray, height: float, label: str) -> tuple[Shape, RigidTransform]:
     """The upright prism over a convex footprint: a box where it is a rectangle, the cheaper shape."""
     edges = np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(edges[:, 0], edges[:, 1])
@@ -155,25 +155,25 @@ def _prism(corners: np.ndarray, height: float, label: str) -> tuple[Shape, Rigid
         if np.abs(corner_cosines).max() < 1e-9:
             R_WG = RotationMatrix.MakeZRotation(math.atan2(edges[0, 1], edges[0, 0]))
             return Box(lengths[0], lengths[1], height), RigidTransform(R_WG, [*center, z])
-    return upright_prism(corners - center, height, label), RigidTransform([*center, z])
+    return make_upright_prism(corners - center, height, label), RigidTransform([*center, z])
 
 
-def upright_prism(corners: np.ndarray, height: float, label: str) -> Convex:
+def make_upright_prism(corners: np.ndarray, height: float, label: str) -> Convex:
     """The prism over a convex polygon (n, 2), half above and half below it, m."""
     points = np.hstack([np.vstack((corners.T, np.full(len(corners), z))) for z in (-0.5 * height, 0.5 * height)])
     return Convex(points=points, label=label)
 
 
-def _prisms_mesh(parts: list[np.ndarray], height: float) -> Mesh:
+def _make_prisms_mesh(parts: list[np.ndarray], height: float) -> Mesh:
     """The upright prisms over convex footprints, as one mesh."""
-    meshes = [prism(corners, 0.0, height) for corners in parts]
+    meshes = [make_prism(corners, 0.0, height) for corners in parts]
     first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     triangles = [corners + k for (_, corners), k in zip(meshes, first, strict=False)]
-    text = obj_text(np.vstack([vertices for vertices, _ in meshes]).round(9), np.vstack(triangles))
+    text = format_obj(np.vstack([vertices for vertices, _ in meshes]).round(9), np.vstack(triangles))
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "obstacles.obj")))
 
 
-def _walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:
+def _make_walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:
     x0, y0, x1, y1 = bounds
     t = WALL_THICKNESS
     cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)

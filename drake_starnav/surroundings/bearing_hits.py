@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import third_side
+from drake_starnav.geometry.polyline import compute_third_side
 from drake_starnav.lidar.laser_scan import LOST, MOVING
 
 CONNECTED_CHORD = 0.6
@@ -40,7 +40,7 @@ def measure_half_gaps(distance, beams):
         if a >= range_max or b >= range_max:
             continue
         angle = steps * increment if j > i else (steps - 1) * increment + seam
-        length = third_side(a, b, neighbouring if angle == increment else math.cos(angle))
+        length = compute_third_side(a, b, neighbouring if angle == increment else math.cos(angle))
         if length < connected_chord:
             out[i] = max(out[i], 0.5 * length)
             out[j] = max(out[j], 0.5 * length)

@@ -16,7 +16,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import third_side
+from drake_starnav.geometry.polyline import compute_third_side
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
 from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MAY_LEAVE, MOVING, Beams, LaserScan
@@ -204,7 +204,7 @@ def _cross_view(crossings, beams, place, sees_place, bit):
     for i in range(cells):
         j = (i + 1) % n
         a, b = distance[i], distance[j]
-        if hits[i] and hits[j] and third_side(a, b, seam if j == 0 else cosine) < connected_chord:
+        if hits[i] and hits[j] and compute_third_side(a, b, seam if j == 0 else cosine) < connected_chord:
             both = beams.kinds[i] & beams.kinds[j]
             kinds[2 * i] = DOUBTED if not both & MAPPABLE else STANDER if both & MAY_LEAVE else SURFACE
         else:

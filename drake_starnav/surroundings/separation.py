@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.footprint import transform_point
-from drake_starnav.geometry.polyline import point_to_segment_squared
+from drake_starnav.geometry.polyline import square_segment_distance
 from drake_starnav.surroundings.unseen import BodyStep, occluded_part_is_free
 
 ESCAPE_CLEARANCE = 0.002
@@ -65,12 +65,12 @@ def is_collision_free(poses, chords, views, body, limits):
     view_queries = np.zeros(2, np.int64)
     for j in range(len(chords.ends)):
         end_points = chords.ends[j]
-        center_squared = point_to_segment_squared(
+        center_squared = square_segment_distance(
             center[0], center[1], end_points[0], end_points[1], end_points[2], end_points[3]
         )
         if center_squared > center_reach * center_reach:  # what a chord hides is farther away than the chord
             continue
-        middle_squared = point_to_segment_squared(
+        middle_squared = square_segment_distance(
             middle_x, middle_y, end_points[0], end_points[1], end_points[2], end_points[3]
         )
         if is_disc and middle_squared > middle_reach * middle_reach and not chords.occludes[j]:
@@ -145,7 +145,7 @@ def measure_body_chord_distance(frame, end_points, center, occludes, body, enoug
     near_distance = body.radius + enough_distance
     if (
         not occludes
-        and point_to_segment_squared(x, y, end_points[0], end_points[1], end_points[2], end_points[3])
+        and square_segment_distance(x, y, end_points[0], end_points[1], end_points[2], end_points[3])
         > near_distance * near_distance
     ):
         return enough_distance
@@ -166,7 +166,7 @@ def measure_body_chord_distance(frame, end_points, center, occludes, body, enoug
 @leaf
 def _measure_point_chord_distance(x, y, end_points, center, occludes):
     """Return the distance of a place from a chord and, with `occludes`, all that it hides, m; negative within that."""
-    distance = math.sqrt(point_to_segment_squared(x, y, end_points[0], end_points[1], end_points[2], end_points[3]))
+    distance = math.sqrt(square_segment_distance(x, y, end_points[0], end_points[1], end_points[2], end_points[3]))
     if not occludes:
         return distance
     ax = end_points[0] - center[0]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.footprint import Body, Footprint, part_distance, transform_point
+from drake_starnav.geometry.footprint import Body, Footprint, measure_part_distance, transform_point
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.view_arrays import body_covers, view_covers
@@ -141,7 +141,9 @@ def _distance_not_reduced(part, n, step):
     for k in range(count):
         end = stops[k] if len(stops) else 0
         for i in range(n):
-            start_distances[k, i], nx, ny = part_distance(start_corner[i, 0], start_corner[i, 1], step.body, start, end)
+            start_distances[k, i], nx, ny = measure_part_distance(
+                start_corner[i, 0], start_corner[i, 1], step.body, start, end
+            )
             for j in range(n):
                 dx, dy = end_corner[j, 0] - start_corner[j, 0], end_corner[j, 1] - start_corner[j, 1]
                 moves_off[k] = moves_off[k] and nx * dx + ny * dy >= -EXACT
@@ -151,7 +153,7 @@ def _distance_not_reduced(part, n, step):
     for k in range(count):
         end = stops[k] if len(stops) else 0
         if not moves_off[k]:
-            distance, nx, ny = part_distance(x, y, step.body, start, end)
+            distance, nx, ny = measure_part_distance(x, y, step.body, start, end)
             for i in range(n):
                 end_distance = distance + nx * (end_corner[i, 0] - x) + ny * (end_corner[i, 1] - y)
                 if end_distance < start_distances[nearest, i] - EXACT:

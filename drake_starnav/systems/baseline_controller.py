@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context
 
-from drake_starnav.baselines.baseline_step import Baseline, BaselineInput, baseline_step
+from drake_starnav.baselines.baseline_step import Baseline, BaselineInput, step_baseline
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control import Proposal
 from drake_starnav.lidar.laser_scan import LaserScan
@@ -72,4 +72,4 @@ class BaselineController(Controller):
         scan, scan_pose, inputs = read
         if scan is not None:
             inputs = dataclasses.replace(inputs, points=scan.points(scan_pose))
-        return baseline_step(inputs, self._baseline)
+        return step_baseline(inputs, self._baseline)

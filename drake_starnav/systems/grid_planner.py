@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
-from drake_starnav.baselines.grid_astar import added_hits, plan_on_grid
+from drake_starnav.baselines.grid_astar import add_hits, plan_on_grid
 from drake_starnav.lidar.laser_scan import USUAL_COVER_RADIUS
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.surroundings.observation import Observation
@@ -60,7 +60,7 @@ class GridPlanner(LeafSystem):
 
     def _update(self, context: Context, state: State) -> EventStatus:
         observation = self._observation.Eval(context)
-        hits = added_hits(self._state(context).hits, observation.scan.points(observation.pose), self._radius)
+        hits = add_hits(self._state(context).hits, observation.scan.points(observation.pose), self._radius)
         path = plan_on_grid(hits, observation.pose[:2], self._goal.Eval(context), self._radius)
         state.get_mutable_abstract_state(int(self._plan)).set_value(GridPlan(hits, path))
         return EventStatus.Succeeded()

@@ -8,7 +8,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.geometry.se2 import invert_pose
-from drake_starnav.localization.scan_matching import OdometryError, ScanMap, matched
+from drake_starnav.localization.scan_matching import OdometryError, ScanMap, match_scan
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.surroundings import Observation
@@ -80,7 +80,7 @@ class ScanMatcher(LeafSystem):
         observation = self._observation.Eval(context)
         if observation.time == before.time:
             return before
-        return matched(before, observation.scan, observation.pose, self._error)
+        return match_scan(before, observation.scan, observation.pose, self._error)
 
     def _moved_observation(self, context: Context) -> Observation:
         return self._moved(self._observation.Eval(context), self._map.Eval(context))
@@ -90,19 +90,21 @@ class ScanMatcher(LeafSystem):
 
     def _corrected_state(self, context: Context) -> np.ndarray:
         state = self._state.Eval(context)
-        return np.concatenate((self._map.Eval(context).corrected(state[:3]), state[3:]))
+        return np.concatenate((self._map.Eval(context).correct_pose(state[:3]), state[3:]))
 
     def _corrected_scan_pose(self, context: Context) -> np.ndarray:
-        return self._map.Eval(context).corrected(self._scan_pose.Eval(context))
+        return self._map.Eval(context).correct_pose(self._scan_pose.Eval(context))
 
     def _uncorrected_guidance(self, context: Context) -> Guidance:
         return self._moved(self._guidance.Eval(context), self._map.Eval(context), back=True)
 
     def _corrected_certificate(self, context: Context) -> BrakingMotion:
         certificate, known_map = self._certificate.Eval(context), self._map.Eval(context)
-        return BrakingMotion(certificate.certified, np.array([known_map.corrected(pose) for pose in certificate.path]))
+        return BrakingMotion(
+            certificate.certified, np.array([known_map.correct_pose(pose) for pose in certificate.path])
+        )
 
 
 def _moved(value: Any, known: ScanMap, back: bool = False) -> Any:
     """A value in O, one with a method `moved`, in M; or back."""
-    return value.transformed(invert_pose(known.correction) if back else known.correction)
+    return value.moved(invert_pose(known.correction) if back else known.correction)

@@ -67,7 +67,7 @@ class _Compilation(event.Listener):
 
 
 @functools.cache
-def _imported(path: str) -> set[str]:
+def _find_imported_files(path: str) -> set[str]:
     """Return the files of the package that a file may import a function or constant from."""
     found_files: set[str] = set()
     for module, names in IMPORT.findall(Path(path).read_bytes()):
@@ -83,33 +83,33 @@ def _imported(path: str) -> set[str]:
 
 
 @functools.cache
-def _sources(path: str) -> tuple[tuple[str, int, int], ...]:
+def _find_sources(path: str) -> tuple[tuple[str, int, int], ...]:
     """Return path, time of the last change in ns, and size of a file and of all that it may import, directly or not."""
     known_files, files = {path}, [path]
     for file in files:  # grows
-        new = _imported(file) - known_files
+        new = _find_imported_files(file) - known_files
         known_files |= new
         files += new
-    return _stamped(sorted(known_files))
+    return _stamp_paths(sorted(known_files))
 
 
-def _stamped(paths: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
+def _stamp_paths(paths: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
     return tuple((path, (stat := os.stat(path)).st_mtime_ns, stat.st_size) for path in paths)
 
 
 @functools.cache
-def _named_hash(path: str) -> bytes:
+def _hash_named_file(path: str) -> bytes:
     """Return the name of a file in the package, and the hash of its text."""
     return os.path.relpath(path, ROOT).encode() + hashlib.sha256(Path(path).read_bytes()).digest()
 
 
-def _key(path: str) -> str:
+def _hash_sources(path: str) -> str:
     """Hash the names and the texts of the sources of a file."""
-    return hashlib.sha256(b"".join(_named_hash(source) for source, *_ in _sources(path))).hexdigest()[:16]
+    return hashlib.sha256(b"".join(_hash_named_file(source) for source, *_ in _find_sources(path))).hexdigest()[:16]
 
 
 @functools.cache
-def _cache_folder(path: str) -> Path:
+def _make_cache_folder(path: str) -> Path:
     """Return the folder for what is compiled of a file, and remove those of its former sources.
 
     It is inside the package, or else where Numba keeps what it compiles for a user; inside `NUMBA_CACHE_DIR` if that is
@@ -119,7 +119,7 @@ def _cache_folder(path: str) -> Path:
     user = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
     user /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
     module = os.path.relpath(path, ROOT).removesuffix(".py").replace(os.sep, ".")
-    name = f"{COMPILED}{module}-{_key(path)}"
+    name = f"{COMPILED}{module}-{_hash_sources(path)}"
     for place in (user,) if config.CACHE_DIR else (inner_cache, user):
         folder = place / name
         with contextlib.suppress(OSError):
@@ -136,7 +136,7 @@ class _Locator(caching.InTreeCacheLocator):
 
     def __init__(self, py_func: Any, py_file: str) -> None:
         super().__init__(py_func, py_file)
-        self._cache_path = str(_cache_folder(py_file))
+        self._cache_path = str(_make_cache_folder(py_file))
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> "_Locator":
@@ -167,8 +167,8 @@ class SourcesCache(caching.FunctionCache):
         Of two processes that save at once, one waits: Numba's index would name the function of the other.
         """
         with contextlib.suppress(OSError):
-            sources, folder = _sources(self._py_func.__code__.co_filename), Path(self.cache_path)
-            if _stamped(path for path, *_ in sources) == sources:
+            sources, folder = _find_sources(self._py_func.__code__.co_filename), Path(self.cache_path)
+            if _stamp_paths(path for path, *_ in sources) == sources:
                 folder.mkdir(exist_ok=True)
                 with open(folder / "lock", "wb") as lock:
                     fcntl.flock(lock, fcntl.LOCK_EX)

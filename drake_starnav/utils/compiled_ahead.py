@@ -18,7 +18,7 @@ MARKER = Path(__file__).resolve().parents[1] / "compiled_ahead"
 PROCESSOR = Path("/proc/cpuinfo")
 
 
-def use_what_was_compiled(marker: Path = MARKER, processor: Path = PROCESSOR) -> bool:
+def use_compiled_functions(marker: Path = MARKER, processor: Path = PROCESSOR) -> bool:
     """Have Numba compile for the processor of the functions that came with the wheel, and thereby load them.
 
     Numba's own settings, in this process and in those that it starts; what the user has set stays. Call it before Numba
@@ -30,13 +30,13 @@ def use_what_was_compiled(marker: Path = MARKER, processor: Path = PROCESSOR) ->
     """
     if "numba" in sys.modules or not SETTINGS.keys().isdisjoint(os.environ) or not marker.is_file():
         return False
-    if not _flags(processor) >= FLAGS:
+    if not _read_processor_flags(processor) >= FLAGS:
         return False
     os.environ.update(SETTINGS)
     return True
 
 
-def _flags(processor: Path) -> set[str]:
+def _read_processor_flags(processor: Path) -> set[str]:
     try:
         lines = processor.read_text(encoding="ascii", errors="replace").splitlines()
     except OSError:

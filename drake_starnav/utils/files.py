@@ -18,7 +18,7 @@ _NAME_PART = 40
 
 
 @contextmanager
-def reading(place: str, allowed: str) -> Iterator[None]:
+def explain_read_errors(place: str, allowed: str) -> Iterator[None]:
     """Tell in one `StarnavError` why a file cannot be read, whatever its reader raises: a damaged file may do anything.
 
     Args:
@@ -30,10 +30,10 @@ def reading(place: str, allowed: str) -> Iterator[None]:
     except StarnavError:
         raise
     except Exception as error:
-        raise StarnavError(f"{place} cannot be read: {reason_of(error)}; allowed: {allowed}") from None
+        raise StarnavError(f"{place} cannot be read: {extract_reason(error)}; allowed: {allowed}") from None
 
 
-def no_file(path: Path | None) -> str:
+def explain_missing_file(path: Path | None) -> str:
     """Why there is no file to read: `no such file`, or `a folder`; empty if there is one."""
     if path is None or not path.exists():
         return "no such file"
@@ -45,8 +45,8 @@ def read_bytes(path: Path | str, place: str, allowed: str, *, may_be_empty: bool
 
     A device may have no end, and a pipe may never be written.
     """
-    with reading(place, allowed):
-        if why := no_file(Path(path)):
+    with explain_read_errors(place, allowed):
+        if why := explain_missing_file(Path(path)):
             raise ValueError(why)
         with Path(path).open("rb") as file:
             data = file.read(LARGEST_FILE + 1)
@@ -60,12 +60,15 @@ def read_bytes(path: Path | str, place: str, allowed: str, *, may_be_empty: bool
 def read_text(path: str | os.PathLike, place: str = "", allowed: str = "a text file in UTF-8") -> str:
     """Return the content of a text file in UTF-8, with or without a byte order mark; errors as of `read_bytes`."""
     data = read_bytes(Path(path), place or str(path), allowed, may_be_empty=True)
-    with reading(place or str(path), allowed), io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig") as text:
+    with (
+        explain_read_errors(place or str(path), allowed),
+        io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig") as text,
+    ):
         return text.read()
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replace_file(path: Path) -> Iterator[Path]:
     """A temporary file beside `path` that takes its name once the block has ended well, and is removed otherwise.
 
     The folder is made, and the temporary name has the same suffix.
@@ -83,12 +86,12 @@ def replacing(path: Path) -> Iterator[Path]:
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        raise unwritable(path, error) from None
+        raise make_write_error(path, error) from None
 
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file in UTF-8 whole or not at all; of names of files that are none, their bytes are written out."""
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
@@ -119,20 +122,20 @@ def check_writable(path: Path) -> None:
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError("it is write-protected")
     except OSError as error:
-        raise unwritable(path, error) from None
+        raise make_write_error(path, error) from None
 
 
-def unwritable(path: Path, error: Exception) -> StarnavError:
+def make_write_error(path: Path, error: Exception) -> StarnavError:
     """The error for a file that cannot be written."""
-    return StarnavError(f"cannot write {path}: {reason_of(error)}; allowed: a file in a folder you may write to")
+    return StarnavError(f"cannot write {path}: {extract_reason(error)}; allowed: a file in a folder you may write to")
 
 
-def file_name(text: str) -> str:
+def make_file_name(text: str) -> str:
     """The text as part of a file name: shortened, other characters replaced; a scenario's name may be any text."""
     return re.sub(r"[^\w .+-]|^\.", "_", text)[:_NAME_PART]
 
 
-def reason_of(error: Exception) -> str:
+def extract_reason(error: Exception) -> str:
     """What an error says, without the name of the file."""
     if isinstance(error, UnicodeDecodeError):
         return f"no text in UTF-8, {error.reason} at byte {error.start}"

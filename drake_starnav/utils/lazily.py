@@ -4,7 +4,7 @@ import importlib
 from collections.abc import Callable
 
 
-def lazily(package: str, file: str) -> tuple[list[str], Callable[[str], object]]:
+def load_lazily(package: str, file: str) -> tuple[list[str], Callable[[str], object]]:
     """`__all__` and `__getattr__` of a package, by the lines `from module import name as name` of its stub for type
     checkers, which is beside its file."""
     with open(f"{file.removesuffix('.py')}.pyi", encoding="utf-8") as stub:

@@ -65,7 +65,7 @@ class Progress:
 
 
 @contextmanager
-def silence(whether: bool) -> Iterator[None]:
+def silence_progress(whether: bool) -> Iterator[None]:
     """A block in which no progress is shown, if `whether`."""
     was_silent = Progress.silent
     Progress.silent = was_silent or whether

@@ -12,7 +12,7 @@ PACKAGE_URI = "package://drake_starnav/"
 """Of the models folder, as Drake's `Parser` writes it."""
 
 
-def model_path(*parts: str) -> Path:
+def find_model_path(*parts: str) -> Path:
     """The absolute path of a shipped file or folder below the models folder, which need not exist.
 
     Without parts, the folder itself, whose `package.xml` makes `package://drake_starnav/...` known to Drake's `Parser`.
@@ -37,4 +37,4 @@ def resolve_path(name: str) -> Path:
         return Path(name)
     if not name.startswith(PACKAGE_URI):
         raise StarnavError(f"path {name}: allowed: a path, or {PACKAGE_URI} and a shipped file")
-    return model_path(*name.removeprefix(PACKAGE_URI).split("/"))
+    return find_model_path(*name.removeprefix(PACKAGE_URI).split("/"))

@@ -30,7 +30,7 @@ class Stopwatch:
             del times[since:]
         times.append(time_spent)
 
-    def summary(self, name: str) -> dict[str, float]:
+    def summarize(self, name: str) -> dict[str, float]:
         """`count`, `mean_s`, `p50_s` and `p99_s` of one step; zeros if it never ran."""
         times = self.seconds.get(name, [])
         if not times:

@@ -123,7 +123,7 @@ SectionDumper.add_representer(str, _write_text)
 Loader.add_multi_constructor("!", _read_tagged)
 
 
-def section(values: dict[str, Any], tag: str = "") -> Tagged:
+def format_section(values: dict[str, Any], tag: str = "") -> Tagged:
     """A mapping that is written in one line where it holds no text of several, and may carry a tag."""
     tagged_values = Tagged(values)
     tagged_values.tag = tag

@@ -17,7 +17,7 @@ class BodyMarks:
     """Draws into a stage; each mark is an object that moves with its body, and drawn anew only where it changes."""
 
     def __init__(self, stage: MeshcatStage, obstacles: MovingObstacles, scale: float) -> None:
-        """`obstacles`: those that move; `scale`: of the world's marks, see `meshes.mark_scale`."""
+        """`obstacles`: those that move; `scale`: of the world's marks, see `meshes.choose_mark_scale`."""
         self._stage, self._obstacles, self._scale = stage, obstacles, scale
         self.clear()
 
@@ -34,8 +34,8 @@ class BodyMarks:
             return
         self._shape = shape
         width = 0.5 * self._scale * meshes.LINE_WIDTH
-        self._stage.swap("footprint", meshes.rim(shape, min(width, 0.2 * shape.cover_radius)), time, key="robot")
-        self._stage.swap("front", meshes.front(shape, 2.0 * width), time, key="robot")
+        self._stage.swap("footprint", meshes.make_rim(shape, min(width, 0.2 * shape.cover_radius)), time, key="robot")
+        self._stage.swap("front", meshes.make_front(shape, 2.0 * width), time, key="robot")
 
     def draw_velocities(self, time: float) -> None:
         """Arrows from the middles of obstacles to where they will be in 1 s at their velocities at a time, s."""
@@ -45,6 +45,8 @@ class BodyMarks:
             if speed > 0.0:
                 self._stage.move("velocities", f"{k}", np.array((x, y, math.atan2(vy, vx))), time)
             if abs(speed - self._speeds[k]) > 0.1 * self._speeds[k]:
-                arrow = meshes.arrow(speed, 0.7 * self._scale * meshes.LINE_WIDTH) if speed > 0.0 else meshes.NOTHING
+                arrow = (
+                    meshes.make_arrow(speed, 0.7 * self._scale * meshes.LINE_WIDTH) if speed > 0.0 else meshes.NOTHING
+                )
                 self._stage.swap("velocities", arrow, time, key=f"{k}")
                 self._speeds[k] = speed

@@ -25,8 +25,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.perception import PointCloud
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from drake_starnav.station.robot_geometry import floor_contact
-from drake_starnav.station.scene_slices import seen_geometries
+from drake_starnav.station.robot_geometry import read_floor_contact
+from drake_starnav.station.scene_slices import find_seen_geometries
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR
 from drake_starnav.visualization.meshes import LAYERS, SHELL_COLOR, Layer, Mesh
 from drake_starnav.visualization.timeline import Shape, Track
@@ -45,7 +45,7 @@ WORLD_PREFIX = "/world"
 """Folder of Meshcat's panel that holds robot and obstacles."""
 
 
-def quiet_meshcat() -> Meshcat:
+def start_quiet_meshcat() -> Meshcat:
     """Start a Meshcat server for this machine alone, that shows no statistics and does not log its address."""
     log = logging.getLogger("drake")
     level = log.level
@@ -92,16 +92,16 @@ def show_collision_shapes(
     exists yet.
     """
     inspector = scene_graph.model_inspector()
-    seen_shapes, unseen = seen_geometries(inspector), set(floor)
+    seen_shapes, unseen = find_seen_geometries(inspector), set(floor)
     unseen |= {
-        geometry for geometry in seen_shapes if floor_contact(inspector, geometry)
+        geometry for geometry in seen_shapes if read_floor_contact(inspector, geometry)
     }  # others of the same wheel are drawn
     for frame in inspector.GetAllFrameIds():
         visuals = inspector.GetGeometries(frame, Role.kIllustration)
-        boxes = [_box(inspector, geometry) for geometry in visuals]
+        boxes = [_find_bounding_box(inspector, geometry) for geometry in visuals]
         names = {inspector.GetName(geometry) for geometry in visuals}
         for geometry in sorted(seen_shapes & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
-            box = _box(inspector, geometry)
+            box = _find_bounding_box(inspector, geometry)
             if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
                 continue
             middle = box[0].translation()
@@ -112,7 +112,9 @@ def show_collision_shapes(
                 scene_graph.AssignRole(plant.get_source_id(), geometry, look)
 
 
-def _box(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[RigidTransform, np.ndarray] | None:
+def _find_bounding_box(
+    inspector: SceneGraphInspector, geometry: GeometryId
+) -> tuple[RigidTransform, np.ndarray] | None:
     """Pose in the body's frame and half widths of a shape's bounding box; None for an unbounded shape."""
     box = inspector.GetObbInGeometryFrame(geometry)
     return None if box is None else (inspector.GetPoseInFrame(geometry) @ box.pose(), box.half_width())
@@ -144,7 +146,7 @@ class MeshcatStage:
         frame: time between two frames of the recording, s.
         layers: by name, the layers that may be drawn.
         keep: whether removed objects are only hidden, as a recording needs them; else they are deleted.
-        scale: of the world's marks, see `meshes.mark_scale`; points are smaller in larger worlds.
+        scale: of the world's marks, see `meshes.choose_mark_scale`; points are smaller in larger worlds.
         """
         self._meshcat, self._root, self._frame = meshcat, root, frame
         self._layers, self._keep, self._point_scale = layers, keep, 1.0 / math.sqrt(max(scale, 1.0))

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from drake_starnav.errors import shown
-from drake_starnav.geometry.footprint import Footprint, covered
+from drake_starnav.geometry.footprint import Footprint, find_covered_area
 from drake_starnav.parameters import unknown_name
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.worlds.moving_obstacles import MOVING_OBSTACLE_COLOR
@@ -80,14 +80,14 @@ LAYERS = {
 RIM_OPACITY = 0.9
 """Of the outline of a region."""
 ROBOT = Layer("robot", SHELL_COLOR, "robot", 1.0)
-"""It is part of the scene, as are the obstacles that move; see `with_scene`."""
+"""It is part of the scene, as are the obstacles that move; see `add_scene_layers`."""
 MOVING_OBSTACLES = Layer("obstacle that moves", MOVING_OBSTACLE_COLOR, "disc", 0.5)
 
 SPEED_COLORS = np.array([(0.05, 0.03, 0.53), (0.49, 0.01, 0.66), (0.80, 0.28, 0.47), (0.97, 0.58, 0.25)])
 """Colours of the trail from standing to full speed (the lower four fifths of the map "plasma")."""
 
 
-def seen_color(layer: Layer) -> Color:
+def find_seen_color(layer: Layer) -> Color:
     """Return the colour in which a layer is seen: an area on white, above the regions that are lower than it."""
     regions = [LAYERS[name] for name in ("regions/all", "regions/newest")] if layer.opacity < 1.0 else []
     blended_color = np.ones(3)
@@ -96,18 +96,18 @@ def seen_color(layer: Layer) -> Color:
     return float(blended_color[0]), float(blended_color[1]), float(blended_color[2])
 
 
-def zone_layer(zone: KeepOut | SpeedZone) -> str:
+def name_zone_layer(zone: KeepOut | SpeedZone) -> str:
     """The layer of an area."""
     return "zones/keep_out" if isinstance(zone, KeepOut) else "zones/slow"
 
 
-def layers_of_run(max_speed: float, world: World, robot: Layer = ROBOT) -> dict[str, Layer]:
+def list_layers_of_run(max_speed: float, world: World, robot: Layer = ROBOT) -> dict[str, Layer]:
     """The layers of a run's legend, whose trail names its speeds, in m/s; `robot`: how it is drawn."""
     trail = replace(LAYERS["trail"], label=f"trail, 0 to {max_speed:g} m/s")
-    return with_scene({**LAYERS, "trail": trail}, world) | {"robot": robot}
+    return add_scene_layers({**LAYERS, "trail": trail}, world) | {"robot": robot}
 
 
-def mark_scale(extent: Sequence[float], radius: float) -> float:
+def choose_mark_scale(extent: Sequence[float], radius: float) -> float:
     """By how much marks are larger in a world of that box (x_min, y_min, x_max, y_max), m, of a robot's radius, m.
 
     They grow with the root of the world's size, and shrink with a robot that they would hide.
@@ -116,13 +116,13 @@ def mark_scale(extent: Sequence[float], radius: float) -> float:
     return unit / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (USUAL_SIZE * unit)))
 
 
-def with_scene(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
+def add_scene_layers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
     """The layers of a legend, with the robot, and with the moving obstacles if the world has any."""
     moving = {"moving_obstacles": MOVING_OBSTACLES} if len(world.moving_obstacles) else {}
     return {**layers, **moving, "robot": ROBOT}
 
 
-def selected_layers(names: str, layers: Iterable[str]) -> frozenset[str]:
+def select_layers(names: str, layers: Iterable[str]) -> frozenset[str]:
     """Those layers that a list such as "trail,scan,frontiers" names, one by one or by folder, and what is no layer.
 
     Raises:
@@ -151,21 +151,21 @@ class Mesh:
 NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
-def area(shape: shapely.Geometry, z: float) -> Mesh:
+def make_area(shape: shapely.Geometry, z: float) -> Mesh:
     """The polygons of a shape, W, m, at a height, m."""
     corners = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(shape)))
     points, faces = np.unique(corners.reshape(-1, 4, 2)[:, :3].reshape(-1, 2), axis=0, return_inverse=True)
-    return Mesh(_raised(points, z), faces.reshape(-1, 3).astype(np.int32))
+    return Mesh(_raise_points(points, z), faces.reshape(-1, 3).astype(np.int32))
 
 
-def fan(center: np.ndarray, rim: np.ndarray, z: float) -> Mesh:
+def make_fan(center: np.ndarray, rim: np.ndarray, z: float) -> Mesh:
     """Triangles from a centre (2,) to each edge of a closed rim (n, 2), counter-clockwise, W, m, at a height, m."""
     i = np.arange(len(rim))
     faces = np.column_stack((np.zeros_like(i), i + 1, (i + 1) % len(rim) + 1))
-    return Mesh(_raised(np.vstack((center, rim)), z), faces.astype(np.int32))
+    return Mesh(_raise_points(np.vstack((center, rim)), z), faces.astype(np.int32))
 
 
-def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> Mesh:
+def make_ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> Mesh:
     """A band of a width, m, along a polyline (n, 2), W, m, mitred at its corners; empty for less than two distinct
     points.
 
@@ -175,10 +175,10 @@ def ribbon(points: np.ndarray, width: float, z: float, closed: bool = False) -> 
     line = kind(points if len(points) > 1 + closed else [])
     with np.errstate(divide="ignore", invalid="ignore"):  # where points of the line coincide
         band = line.buffer(0.5 * width, cap_style="flat", join_style="mitre", mitre_limit=1.7)
-    return area(band, z)
+    return make_area(band, z)
 
 
-def segments(ends: np.ndarray, width: float, z: float) -> Mesh:
+def make_segments(ends: np.ndarray, width: float, z: float) -> Mesh:
     """Separate straight ribbons, of four vertices each; `ends` has shape (n, 2, 2), W, m."""
     start, end = ends[:, 0], ends[:, 1]
     segment_vector = end - start
@@ -189,78 +189,78 @@ def segments(ends: np.ndarray, width: float, z: float) -> Mesh:
     left *= 0.5 * width
     corners = np.stack((start + left, end + left, start - left, end - left), axis=1)
     faces = np.array([(0, 2, 1), (1, 2, 3)]) + 4 * np.arange(len(ends))[:, None, None]
-    return Mesh(_raised(corners.reshape(-1, 2), z), faces.reshape(-1, 3).astype(np.int32))
+    return Mesh(_raise_points(corners.reshape(-1, 2), z), faces.reshape(-1, 3).astype(np.int32))
 
 
-def discs(centers: np.ndarray, radius: float, z: float) -> Mesh:
+def make_discs(centers: np.ndarray, radius: float, z: float) -> Mesh:
     """Regular polygons of twelve corners about centres of shape (n, 2), W, m."""
-    return area(shapely.MultiPoint(centers).buffer(radius, quad_segs=3), z)
+    return make_area(shapely.MultiPoint(centers).buffer(radius, quad_segs=3), z)
 
 
-def ring(center: np.ndarray, inner: float, outer: float, z: float) -> Mesh:
+def make_ring(center: np.ndarray, inner: float, outer: float, z: float) -> Mesh:
     """The area between two circles of radii `inner` and `outer` (m) about a centre (2,), W."""
     middle = shapely.Point(center)
-    return area(middle.buffer(outer, quad_segs=5) - middle.buffer(inner, quad_segs=5), z)
+    return make_area(middle.buffer(outer, quad_segs=5) - middle.buffer(inner, quad_segs=5), z)
 
 
-def crosses(centers: np.ndarray, size: float, z: float) -> Mesh:
+def make_crosses(centers: np.ndarray, size: float, z: float) -> Mesh:
     """Diagonal crosses of a half diagonal `size` (m) about centres of shape (n, 2), W, m."""
     arms = size * math.sqrt(0.5) * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
-    return segments((np.reshape(centers, (-1, 1, 1, 2)) + arms).reshape(-1, 2, 2), 0.45 * size, z)
+    return make_segments((np.reshape(centers, (-1, 1, 1, 2)) + arms).reshape(-1, 2, 2), 0.45 * size, z)
 
 
-def five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
+def make_five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
     """A star with its first point along y, about a centre of shape (2,), W, m."""
     spoke = radius * np.where(np.arange(10) % 2, 0.45, 1.0)
     angle = 0.5 * math.pi + math.pi / 5.0 * np.arange(10)
     rim = spoke[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    return fan(center, np.asarray(center) + rim, z)
+    return make_fan(center, np.asarray(center) + rim, z)
 
 
-def goal_star(place: Sequence[float] | np.ndarray, radius: float, extent: Sequence[float]) -> Mesh:
+def make_goal_star(place: Sequence[float] | np.ndarray, radius: float, extent: Sequence[float]) -> Mesh:
     """The mark of a goal (x, y, ...), W, m: a little smaller than a robot of the radius, m, larger in a large world."""
-    size = 0.9 * max(radius, USUAL_RADIUS) * mark_scale(extent, radius)
-    return five_pointed_star(np.array(place[:2]), size, LAYERS["goal"].height)
+    size = 0.9 * max(radius, USUAL_RADIUS) * choose_mark_scale(extent, radius)
+    return make_five_pointed_star(np.array(place[:2]), size, LAYERS["goal"].height)
 
 
-def rim(shape: Footprint, width: float) -> Mesh:
+def make_rim(shape: Footprint, width: float) -> Mesh:
     """The outer `width`, m, of what a footprint covers, in the robot's frame."""
-    whole_area = covered(shape, np.zeros(3))
-    return area(whole_area - whole_area.buffer(-width), LAYERS["footprint"].height)
+    whole_area = find_covered_area(shape, np.zeros(3))
+    return make_area(whole_area - whole_area.buffer(-width), LAYERS["footprint"].height)
 
 
-def front(shape: Footprint, least: float) -> Mesh:
+def make_front(shape: Footprint, least: float) -> Mesh:
     """A triangle that points ahead to the front of a footprint, in the robot's frame; at least so long, m."""
     x = float(shape.outline[:, 0].max())
     length = max(0.45 * shape.cover_radius, least)
     tip = np.array([(x, 0.0), (x - length, 0.5 * length), (x - length, -0.5 * length)])
-    return Mesh(_raised(tip, LAYERS["front"].height), np.array([(0, 1, 2)], np.int32))
+    return Mesh(_raise_points(tip, LAYERS["front"].height), np.array([(0, 1, 2)], np.int32))
 
 
-def arrow(length: float, width: float) -> Mesh:
+def make_arrow(length: float, width: float) -> Mesh:
     """An arrow from the origin along x, of a length and a width of its shaft, m."""
     head = min(3.0 * width, length)
     shaft, half = length - head, 0.5 * width
     line = [(0.0, -half), (shaft, -half), (shaft, -0.5 * head), (length, 0.0)]
     corners = np.array([*line, *((x, -y) for x, y in line[2::-1])])
-    return area(shapely.Polygon(corners).buffer(0.0), LAYERS["velocities"].height)
+    return make_area(shapely.Polygon(corners).buffer(0.0), LAYERS["velocities"].height)
 
 
-def swept(poses: np.ndarray, shape: Footprint, z: float) -> Mesh:
+def sweep_area(poses: np.ndarray, shape: Footprint, z: float) -> Mesh:
     """The area that a footprint covers at some poses (x, y, yaw), shape (n, 3), W, m and rad; a disc's between them,
     too."""
     if shape.is_disc:
         way = poses[:, :2] if len(poses) > 1 else np.repeat(poses[:, :2], 2, axis=0)
-        return area(shapely.LineString(way).buffer(shape.radius, quad_segs=5), z)
-    return area(shapely.union_all([covered(shape, pose) for pose in poses]), z)
+        return make_area(shapely.LineString(way).buffer(shape.radius, quad_segs=5), z)
+    return make_area(shapely.union_all([find_covered_area(shape, pose) for pose in poses]), z)
 
 
-def speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
+def compute_speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
     """Colours of the trail at speeds of shape (n,), m/s; shape (n, 3), red, green, blue, 0 to 1."""
     share = np.clip(np.abs(speeds) / max_speed, 0.0, 1.0)
     at = np.linspace(0.0, 1.0, len(SPEED_COLORS))
     return np.column_stack([np.interp(share, at, channel) for channel in SPEED_COLORS.T])
 
 
-def _raised(points: np.ndarray, z: float) -> np.ndarray:
+def _raise_points(points: np.ndarray, z: float) -> np.ndarray:
     return np.column_stack((points, np.full(len(points), z)))

@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
-from drake_starnav.visualization.meshes import DECK_COLOR, LAYERS, SPEED_COLORS, Layer, five_pointed_star, seen_color
+from drake_starnav.visualization.meshes import (
+    DECK_COLOR,
+    LAYERS,
+    SPEED_COLORS,
+    Layer,
+    find_seen_color,
+    make_five_pointed_star,
+)
 
 ROOT = "starnav"
 """Folder of Meshcat's panel that holds the layers."""
@@ -79,7 +86,7 @@ def check_view(view: str) -> None:
         raise StarnavError(f"camera view is {shown(view)}; allowed: one of {', '.join((*VIEWS, OWN_VIEW))}")
 
 
-def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
+def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
     """A Meshcat page with a panel on its left, or below the scene where the window is narrow, and a bar.
 
     Its script has two functions for programs: `starnav.show(seconds)` stops the animation at a time, and
@@ -89,7 +96,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
         caption: of the panel, with the rows of the legend, each of which hides or shows its layer.
     """
     followed = cameras.followed.strip("/").split("/")
-    rows = "".join(_row(name, layer, caption, followed) for name, layer in caption.legend.items())
+    rows = "".join(_make_row(name, layer, caption, followed) for name, layer in caption.legend.items())
     buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in VIEWS)
     lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
     panel = (
@@ -103,7 +110,7 @@ def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
         '<div id="starnav-bar"><button id="starnav-play" title="play or pause" aria-label="play or pause"></button>'
         '<input id="starnav-time" type="range" min="0" step="any" value="0" aria-label="time">'
         '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
-        f"<script>{_script(cameras, followed)}</script>"
+        f"<script>{_make_script(cameras, followed)}</script>"
     )
     title = html.escape(" · ".join((caption.heading, *caption.lines)))
     narrow = '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -112,19 +119,19 @@ def with_panel(page: str, caption: Caption, cameras: Cameras) -> str:
     return head + panel + end + tail
 
 
-def _row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
+def _make_row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
     """A row of the legend; obstacles that move have no folder of their own and cannot be hidden."""
     path = followed if name == "robot" else [ROOT, *name.split("/")]
     data = f' data-path="{html.escape(json.dumps(path))}" title="hide or show"' if name != "moving_obstacles" else ""
     off_class = "" if caption.shows(name) else ' class="off"'
-    return f"<tr{data}{off_class}><td>{_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
+    return f"<tr{data}{off_class}><td>{_draw_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
 
 
 def _beside(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _script(cameras: Cameras, followed: list[str]) -> str:
+def _make_script(cameras: Cameras, followed: list[str]) -> str:
     boxes = {view: around_robot(np.array(cameras.start)) if view == "follow" else cameras.extent for view in VIEWS}
     settings = {
         "extents": {view: [float(x) for x in box] for view, box in boxes.items()},
@@ -136,24 +143,25 @@ def _script(cameras: Cameras, followed: list[str]) -> str:
     return _beside("page.js").replace("SETTINGS", text, 1)
 
 
-def css_color(color: tuple[float, float, float] | np.ndarray) -> str:
+def format_css_color(color: tuple[float, float, float] | np.ndarray) -> str:
     """A colour of red, green, blue, 0 to 1, as CSS."""
     return "rgb({:.0f},{:.0f},{:.0f})".format(*(255.0 * np.asarray(color)))
 
 
-def _symbol(layer: Layer) -> str:
+def _draw_symbol(layer: Layer) -> str:
     """The layer's symbol in the legend, as inline SVG."""
-    color = css_color(seen_color(layer))
-    rim = five_pointed_star(np.zeros(2), 6.5, 0.0).vertices[1:]
+    color = format_css_color(find_seen_color(layer))
+    rim = make_five_pointed_star(np.zeros(2), 6.5, 0.0).vertices[1:]
     corners = " ".join(f"{11.0 + x:.1f},{7.0 - y:.1f}" for x, y, _ in rim)
     share = np.linspace(0.0, 1.0, len(SPEED_COLORS))
     stops = "".join(
-        f'<stop offset="{at:.2f}" stop-color="{css_color(c)}"/>' for at, c in zip(share, SPEED_COLORS, strict=True)
+        f'<stop offset="{at:.2f}" stop-color="{format_css_color(c)}"/>'
+        for at, c in zip(share, SPEED_COLORS, strict=True)
     )
     area = f'<rect x="2" y="2" width="18" height="10" fill="{color}"/>'
     shapes = {
         "area": area,
-        "region": area.replace("/>", f' stroke="{css_color(layer.color)}"/>'),
+        "region": area.replace("/>", f' stroke="{format_css_color(layer.color)}"/>'),
         "line": f'<path d="M1 7H21" stroke="{color}" stroke-width="3"/>',
         "disc": f'<circle cx="11" cy="7" r="4.5" fill="{color}"/>',
         "arrow": f'<path d="M2 6H13V2L20 7L13 12V8H2Z" fill="{color}"/>',
@@ -164,7 +172,7 @@ def _symbol(layer: Layer) -> str:
         "cross": f'<path d="M7 3L15 11M15 3L7 11" stroke="{color}" stroke-width="2.6"/>',
         "star": f'<polygon points="{corners}" fill="{color}"/>',
         "robot": f'<circle cx="11" cy="7" r="6.5" fill="{color}"/>'
-        f'<circle cx="11" cy="7" r="4.5" fill="{css_color(DECK_COLOR)}"/>',
+        f'<circle cx="11" cy="7" r="4.5" fill="{format_css_color(DECK_COLOR)}"/>',
         "gradient": f'<linearGradient id="starnav-speed">{stops}</linearGradient>'
         '<rect x="1" y="5" width="20" height="4" fill="url(#starnav-speed)"/>',
     }

@@ -8,9 +8,9 @@ import numpy as np
 from PIL import Image
 
 from drake_starnav.errors import StarnavError, said_by
-from drake_starnav.utils.files import replacing
+from drake_starnav.utils.files import replace_file
 from drake_starnav.utils.progress import Progress
-from drake_starnav.visualization.plot import moment_picture, write_figure
+from drake_starnav.visualization.plot import draw_moment, write_figure
 from drake_starnav.visualization.timeline import RecordedRun
 from drake_starnav.visualization.world_figure import WIDTH
 
@@ -35,8 +35,8 @@ def write_still(
     """Write a moment of a run, at a time, s, as one of `STILLS`; for the rest see `Recorder.save`."""
     at = min(time, recorded.duration)
     if path.suffix == ".png":
-        with replacing(path) as temporary:
-            moment_picture(recorded, at, view, round(width or PIXELS)).save(temporary, format="PNG", optimize=True)
+        with replace_file(path) as temporary:
+            draw_moment(recorded, at, view, round(width or PIXELS)).save(temporary, format="PNG", optimize=True)
     else:
         write_figure(path, recorded, at, title, WIDTH if width is None else width, legend)
 
@@ -50,10 +50,10 @@ def write_clips(
     rate: int = 10,
 ) -> None:
     """Write a run as each of `CLIPS` that are asked for: `rate` pictures a second, `speed` times real time."""
-    times, pictures = picture_times(recorded.duration, rate, speed), []
+    times, pictures = choose_picture_times(recorded.duration, rate, speed), []
     with Progress("pictures") as bar:
         for time in times:
-            pictures.append(moment_picture(recorded, float(time), view, width))
+            pictures.append(draw_moment(recorded, float(time), view, width))
             bar.count(len(pictures), len(times))
     for path in paths:
         with Progress(path.suffix[1:]) as bar:
@@ -70,7 +70,7 @@ def check_suffix(path: Path) -> None:
         raise StarnavError(f"picture {path}; allowed: a name that ends in {', '.join(STILLS + CLIPS)}")
 
 
-def picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
+def choose_picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
     """Times of a clip's pictures, shape (n,), s of the run; the first at its start, the last at its end.
 
     A clip has `rate` pictures a second, and shows `speed` seconds of the run of this duration, s, in one of its own.
@@ -88,9 +88,11 @@ def write_gif(
     # All pictures share a palette, or they would shimmer. The widest coverage keeps the colours of small things, and
     # k-means makes those of large areas exact.
     palette = sample.quantize(128, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
-    frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in _reported(pictures, progress))
+    frames = (
+        picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in _report_each(pictures, progress)
+    )
     durations = [round(100.0 / rate) * 10] * (len(pictures) - 1) + [round(1000.0 * FINAL_PAUSE)]
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         next(frames).save(
             temporary, format="GIF", save_all=True, append_images=frames, duration=durations, loop=0, optimize=True,
             comment=caption.encode("utf-8"),
@@ -106,11 +108,11 @@ def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int, progress: 
     even = "crop=trunc(iw/2)*2:trunc(ih/2)*2"
     more = ["-vf", even, "-crf", "20", "-movflags", "+faststart", "-f", "mp4"]
     look: dict[str, Any] = {"fps": rate, "codec": "libx264", "quality": None, "macro_block_size": 1}
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         try:
-            encoder = ffmpeg().write_frames(str(temporary), pictures[0].size, output_params=more, **look)
+            encoder = import_ffmpeg().write_frames(str(temporary), pictures[0].size, output_params=more, **look)
             encoder.send(None)
-            for picture in _reported(pictures, progress):
+            for picture in _report_each(pictures, progress):
                 encoder.send(picture.tobytes())
             for _ in range(round(FINAL_PAUSE * rate) - 1):
                 encoder.send(pictures[-1].tobytes())
@@ -119,7 +121,7 @@ def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int, progress: 
             raise StarnavError(f"ffmpeg failed on {path}: {said_by(error)}; allowed: a clip that it encodes") from None
 
 
-def _reported(pictures: Sequence[Image.Image], progress: Count | None) -> Iterator[Image.Image]:
+def _report_each(pictures: Sequence[Image.Image], progress: Count | None) -> Iterator[Image.Image]:
     """The pictures in order; each is done when the next one is asked for."""
     for done, picture in enumerate(pictures, start=1):
         yield picture
@@ -127,7 +129,7 @@ def _reported(pictures: Sequence[Image.Image], progress: Count | None) -> Iterat
             progress(done, len(pictures))
 
 
-def ffmpeg() -> Any:
+def import_ffmpeg() -> Any:
     """The package that encodes MP4; a `StarnavError` if it is not installed."""
     try:
         import imageio_ffmpeg

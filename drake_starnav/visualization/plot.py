@@ -21,12 +21,12 @@ from PIL import Image
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.station.model_world import FLOOR_TOLERANCE
 from drake_starnav.station.world_geometry import WALL_THICKNESS
-from drake_starnav.utils.files import replacing
-from drake_starnav.visualization.meshes import Layer, seen_color
+from drake_starnav.utils.files import replace_file
+from drake_starnav.visualization.meshes import Layer, find_seen_color
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline, Shape
-from drake_starnav.visualization.world_figure import DETAILED, EMBEDDED_FONTS, WIDTH, figure_pixels, new_figure
+from drake_starnav.visualization.world_figure import DETAILED, EMBEDDED_FONTS, WIDTH, make_figure, render_figure
 
 TEXT_SIZE = 9.0
 NARROW = 6.0
@@ -46,7 +46,7 @@ MARKERS = {
 """Of the legend's symbols that are points: Matplotlib's marker and its size, points."""
 
 
-def moment_figure(
+def draw_moment_figure(
     recorded: RecordedRun, time: float, view: str = "top", title: str = "", width: float = WIDTH, legend: bool = True
 ) -> Figure:
     """A moment of a run, at a time, s, from above, with axes in metres, `width` inches wide.
@@ -57,11 +57,13 @@ def moment_figure(
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(recorded.motions[0].at(time)) if view == "follow" else np.add(recorded.extent, walls)
     (x0, y0, x1, y1), caption = extent, recorded.caption
-    handles = [_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)] if legend else []
+    handles = (
+        [_make_legend_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)] if legend else []
+    )
     legend_is_aside, legend_is_below = bool(handles) and width >= NARROW, bool(handles) and width < NARROW
     scene = (0.67 if legend_is_aside else 0.9) * width * (y1 - y0) / (x1 - x0)  # its height, inches
     legend_height = 0.22 * len(handles)  # height of the legend in one column, inches
-    figure = new_figure(max(scene + 0.9 + legend_height * legend_is_below, legend_height + 0.2), width)
+    figure = make_figure(max(scene + 0.9 + legend_height * legend_is_below, legend_height + 0.2), width)
     axes = figure.add_subplot(xlim=(x0, x1), ylim=(y0, y1), anchor="NW")
     axes.set_aspect("equal")
     axes.set_xlabel("x in m")
@@ -82,7 +84,7 @@ def moment_figure(
 def write_figure(
     path: Path, recorded: RecordedRun, time: float, title: str = "", width: float = WIDTH, legend: bool = True
 ) -> None:
-    """Write `moment_figure` as SVG or PDF, by the name's end; the same run gives the same file.
+    """Write `draw_moment_figure` as SVG or PDF, by the name's end; the same run gives the same file.
 
     Raises:
         StarnavError: the width is not a sensible one in inches.
@@ -92,21 +94,21 @@ def write_figure(
     date_key = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
     file = io.BytesIO()
     with rc_context({**EMBEDDED_FONTS, "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
-        figure = moment_figure(recorded, time, title=title, width=width, legend=legend)
+        figure = draw_moment_figure(recorded, time, title=title, width=width, legend=legend)
         figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={date_key: None})
     content = file.getvalue()
     if path.suffix == ".svg":
         content = LONG_NUMBER.sub(rb"\1", content)
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         temporary.write_bytes(content)
 
 
-def moment_picture(recorded: RecordedRun, time: float, view: str = "top", width: int = 1100) -> Image.Image:
-    """`moment_figure` with a title as pixels, of a width in pixels."""
+def draw_moment(recorded: RecordedRun, time: float, view: str = "top", width: int = 1100) -> Image.Image:
+    """`draw_moment_figure` with a title as pixels, of a width in pixels."""
     title = ", ".join((recorded.caption.heading, *recorded.caption.lines, f"t = {time:.1f} s"))
     with rc_context({"font.size": TEXT_SIZE}):
-        figure = moment_figure(recorded, time, view, title)
-        return Image.fromarray(figure_pixels(figure, dpi=width / figure.get_figwidth()))
+        figure = draw_moment_figure(recorded, time, view, title)
+        return Image.fromarray(render_figure(figure, dpi=width / figure.get_figwidth()))
 
 
 def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
@@ -117,11 +119,11 @@ def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
             _draw_shape(axes, shape, time)
 
 
-def _handle(layer: Layer) -> Artist:
+def _make_legend_handle(layer: Layer) -> Artist:
     look: dict[str, Any] = {"label": layer.label, "color": layer.color}
     if layer.symbol in ("area", "region"):
         rim = 1.0 if layer.symbol == "region" else 0.0
-        look = {"facecolor": seen_color(layer), "edgecolor": layer.color, "linewidth": rim}
+        look = {"facecolor": find_seen_color(layer), "edgecolor": layer.color, "linewidth": rim}
         return Rectangle((0.0, 0.0), 1.0, 1.0, label=layer.label, **look)
     if layer.symbol in ("line", "gradient"):
         return Line2D([], [], linewidth=3.0, **look)
@@ -135,7 +137,7 @@ def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
     """Draw solid shapes as they hide one another from above: what has one colour and height is drawn together."""
     kinds: dict[tuple[tuple[float, ...], float], list[np.ndarray]] = {}
     for solid in scene.solids:
-        outlines, top = solid.seen_from_above(time)
+        outlines, top = solid.project_from_above(time)
         order = min(SOLID_ORDER + 100.0 * top, ON_TOP - 1.0) if top > FLOOR_TOLERANCE else 0.0
         kinds.setdefault((solid.color, round(order, 3)), []).extend(outlines)
     for (color, order), outlines in kinds.items():

@@ -16,9 +16,9 @@ from drake_starnav.navigation import Navigation
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import StationInterface, simulated
 from drake_starnav.utils.files import write_text
-from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, quiet_meshcat
-from drake_starnav.visualization.meshes import DECK_COLOR, ROBOT, Layer, layers_of_run, with_scene
-from drake_starnav.visualization.page import ROOT, Cameras, Caption, check_view, with_panel
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, add_scene, start_quiet_meshcat
+from drake_starnav.visualization.meshes import DECK_COLOR, ROBOT, Layer, add_scene_layers, list_layers_of_run
+from drake_starnav.visualization.page import ROOT, Cameras, Caption, add_panel, check_view
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.visualization.timeline import RecordedRun, SceneRecorder, SceneTimeline
 from drake_starnav.worlds.world import World
@@ -36,7 +36,7 @@ class Recorder:
             html: the file to write.
             view: camera preset that it opens with, one of `page.VIEWS`, or `own` for the camera of your own Meshcat;
                 others are a `StarnavError`.
-            shown: layers that are shown at first, of `meshes.selected_layers`; None for all.
+            shown: layers that are shown at first, of `meshes.select_layers`; None for all.
         """
         check_view(view)
         self._html, self._view, self._shown = html, view, shown
@@ -74,11 +74,11 @@ class Recorder:
         """
         check_kind(navigation, Navigation, "navigation", "as from add_navigation")
         scenario = scenario or Scenario(navigation.world.name, None)
-        self._meshcat = meshcat or quiet_meshcat()
+        self._meshcat = meshcat or start_quiet_meshcat()
         self._navigation, self._scenario = navigation, scenario
         self._shapes = add_visualizers(builder, navigation, scenario, self._meshcat).stage.shapes
         station = simulated(navigation.station)
-        self._scene = SceneTimeline(station.scene_graph, robot_frames(station))
+        self._scene = SceneTimeline(station.scene_graph, find_robot_frames(station))
         notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
         notes = builder.AddNamedSystem("scene_recorder", notes)
         builder.Connect(station.geometry_query, notes.get_input_port())
@@ -96,10 +96,10 @@ class Recorder:
         poses = self._scene.frames[station.robot_interface.base_frame]
         if not poses.times:
             raise StarnavError("the diagram was not simulated, and nothing is recorded; allowed: after AdvanceTo")
-        layers = layers_of_run(self._scenario.robot.max_speed, world, robot_layer(self._scene, station))
-        layers = drawn_layers(layers, self._shapes, world)
+        layers = list_layers_of_run(self._scenario.robot.max_speed, world, make_robot_layer(self._scene, station))
+        layers = select_drawn_layers(layers, self._shapes, world)
         caption = Caption(self._scenario.name, lines, layers, self._shown)
-        cameras = Cameras(world.extent, self._view, robot_path(station), world.start[:2])
+        cameras = Cameras(world.extent, self._view, find_robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         if motion is None:
             X_WB = np.array(poses.values)
@@ -154,19 +154,19 @@ def add_visualizers(
     station = simulated(navigation.station)
     period = 1.0 / scenario.recording.frames_per_second
     scene = station.plant, station.scene_graph, meshcat, station.floor, station.geometry_query
-    add_scene(builder, *scene, robot_frames(station), publish_period=period)
+    add_scene(builder, *scene, find_robot_frames(station), publish_period=period)
     return StarRoadmapVisualizer.AddToBuilder(builder, navigation, meshcat, scenario, keep)
 
 
-def drawn_layers(layers: Mapping[str, Layer], shapes: Iterable[str], world: World) -> dict[str, Layer]:
+def select_drawn_layers(layers: Mapping[str, Layer], shapes: Iterable[str], world: World) -> dict[str, Layer]:
     """Return those rows of a legend of which something was drawn, by the paths of `shapes`, and those of the scene."""
-    drawn_paths, in_scene = {path.removeprefix(f"/{ROOT}/") for path in shapes}, with_scene({}, world)
+    drawn_paths, in_scene = {path.removeprefix(f"/{ROOT}/") for path in shapes}, add_scene_layers({}, world)
     return {k: v for k, v in layers.items() if k in in_scene or any(path.startswith(f"{k}/") for path in drawn_paths)}
 
 
-def robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
+def make_robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
     """The row of the legend for a robot, in the colour of its largest part in a scene."""
-    own = [scene.frames[frame] for frame in robot_frames(station) if frame in scene.frames]
+    own = [scene.frames[frame] for frame in find_robot_frames(station) if frame in scene.frames]
     parts = [part for part in scene.solids if any(part.poses is poses for poses in own)]
     largest = max(parts, key=lambda part: np.ptp(part.vertices, axis=0).prod(), default=None)
     color = ROBOT.color if largest is None else largest.color
@@ -174,12 +174,12 @@ def robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
     return dataclasses.replace(ROBOT, color=color, symbol="robot" if has_deck else "disc")
 
 
-def robot_frames(station: StationInterface) -> list[FrameId]:
+def find_robot_frames(station: StationInterface) -> list[FrameId]:
     """The frames of the robot's links."""
     return [station.plant.GetBodyFrameIdOrThrow(i) for i in station.plant.GetBodyIndices(station.robot_model)]
 
 
-def robot_path(station: StationInterface) -> str:
+def find_robot_path(station: StationInterface) -> str:
     """Where in Meshcat the robot's base is."""
     base = station.plant.GetBodyByName("base_link", station.robot_model)
     name = station.scene_graph.model_inspector().GetName(station.plant.GetBodyFrameIdOrThrow(base.index()))
@@ -190,4 +190,4 @@ def finish_recording(meshcat: Meshcat, path: str | os.PathLike, caption: Caption
     """End the recording and write it as one HTML file that needs no network, or raise a `StarnavError`."""
     meshcat.StopRecording()
     meshcat.PublishRecording()
-    write_text(Path(path), with_panel(meshcat.StaticHtml(), caption, cameras))
+    write_text(Path(path), add_panel(meshcat.StaticHtml(), caption, cameras))

@@ -102,18 +102,18 @@ class StarRoadmapVisualizer(LeafSystem):
         self._parameters = parameters
         self._robot = robot
         extent = (0.0, 0.0, 0.0, 0.0) if world is None else world.extent
-        scale = meshes.mark_scale(extent, robot.radius)
+        scale = meshes.choose_mark_scale(extent, robot.radius)
         self.stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / parameters.frames_per_second, keep=keep, scale=scale)
         self._bodies = BodyMarks(self.stage, MovingObstacles() if world is None else world.moving_obstacles, scale)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         origin, self._line = np.zeros(2), scale * LINE_WIDTH
         self._node, self._frontier = scale * NODE_RADIUS, scale * FRONTIER_RADIUS
         self._marks = {
-            "goal": meshes.goal_star(origin, robot.radius, extent),
-            "short_term_goal": meshes.ring(
+            "goal": meshes.make_goal_star(origin, robot.radius, extent),
+            "short_term_goal": meshes.make_ring(
                 origin, 2.2 * self._node, 3.6 * self._node, LAYERS["short_term_goal"].height
             ),
-            "frontiers/target": meshes.ring(
+            "frontiers/target": meshes.make_ring(
                 origin, 4.3 * self._node, 5.6 * self._node, LAYERS["frontiers/target"].height
             ),
         }
@@ -179,13 +179,14 @@ class StarRoadmapVisualizer(LeafSystem):
 
     def _publish(self, context: Context) -> EventStatus:
         time = context.get_time() + FRAME_SLACK
-        pose, goal, twist = self._input("pose", context), self._input("goal", context), self._input("twist", context)
-        state = self._input("planner_state", context)
+        pose, goal, twist, state = (
+            self._read_input(name, context) for name in ("pose", "goal", "twist", "planner_state")
+        )
         if not self._drawn.zoned:
             self._drawn.zoned = True
             for zone in self._zones:
-                layer = meshes.zone_layer(zone)
-                area = meshes.area(shapely.Polygon(zone.polygon), LAYERS[layer].height)
+                layer = meshes.name_zone_layer(zone)
+                area = meshes.make_area(shapely.Polygon(zone.polygon), LAYERS[layer].height)
                 self.stage.add(layer, area, time)
         self._mark("goal", goal, time)
         if state is not None:
@@ -200,14 +201,14 @@ class StarRoadmapVisualizer(LeafSystem):
         # With half a frame of tolerance: publishes are as far apart as frames, up to rounding.
         if time + 0.5 / self._parameters.frames_per_second >= self._drawn.next_scan_time:
             self._drawn.next_scan_time = time + 1.0 / self._parameters.scan_rate
-            scans = [(self._input(name, context), mount) for name, mount in self._mounts.items()]
-            self._draw_scans(scans, self._input("scan_pose", context), time)
-            self._draw_path(pose, self._input("guidance", context), time)
-            self._draw_certificate(self._input("certificate", context), time)
+            scans = [(self._read_input(name, context), mount) for name, mount in self._mounts.items()]
+            self._draw_scans(scans, self._read_input("scan_pose", context), time)
+            self._draw_path(pose, self._read_input("guidance", context), time)
+            self._draw_certificate(self._read_input("certificate", context), time)
             self._draw_trail(time)
         return EventStatus.Succeeded()
 
-    def _input(self, name: str, context: Context) -> Any:
+    def _read_input(self, name: str, context: Context) -> Any:
         port: InputPort = self.GetInputPort(name)
         return port.Eval(context) if port.HasValue(context) else None
 
@@ -235,7 +236,7 @@ class StarRoadmapVisualizer(LeafSystem):
         self._draw_regions(roadmap.regions[known_count:], time)
         nodes = roadmap.union.center
         self._draw_nodes(nodes[known_count:], time)
-        lines = meshes.segments(nodes[roadmap.edges[edges:]], 0.25 * self._line, LAYERS["roadmap/edges"].height)
+        lines = meshes.make_segments(nodes[roadmap.edges[edges:]], 0.25 * self._line, LAYERS["roadmap/edges"].height)
         self._grow(self.stage.add("roadmap/edges", lines, time))
 
     def _draw_regions(self, regions: Sequence[StarRegion], time: float) -> None:
@@ -249,9 +250,12 @@ class StarRoadmapVisualizer(LeafSystem):
         ]
         self._drawn.area = shapely.union_all([self._drawn.area, *areas], grid_size=1e-4)
         layer = LAYERS["regions/all"]
-        self._grow(self.stage.add("regions/all", meshes.area(shapely.MultiPolygon(parts), layer.height), time))
+        self._grow(self.stage.add("regions/all", meshes.make_area(shapely.MultiPolygon(parts), layer.height), time))
         rim, height = regions[-1].outline(120), LAYERS["regions/newest"].height
-        newest = meshes.fan(regions[-1].center, rim, height), meshes.ribbon(rim, 0.5 * self._line, height, closed=True)
+        newest = (
+            meshes.make_fan(regions[-1].center, rim, height),
+            meshes.make_ribbon(rim, 0.5 * self._line, height, closed=True),
+        )
         for key, mesh, opacity in zip(("area", "rim"), newest, (None, meshes.RIM_OPACITY), strict=True):
             self.stage.swap("regions/newest", mesh, time, opacity, key)
 
@@ -260,7 +264,9 @@ class StarRoadmapVisualizer(LeafSystem):
         is_apart = _apart_from(self._drawn.nodes, nodes, SPACING * self._node)
         self._drawn.nodes = np.vstack((self._drawn.nodes, is_apart))
         self._grow(
-            self.stage.add("roadmap/nodes", meshes.discs(is_apart, self._node, LAYERS["roadmap/nodes"].height), time)
+            self.stage.add(
+                "roadmap/nodes", meshes.make_discs(is_apart, self._node, LAYERS["roadmap/nodes"].height), time
+            )
         )
 
     def _draw_frontiers(self, state: PlannerState, time: float) -> None:
@@ -268,12 +274,14 @@ class StarRoadmapVisualizer(LeafSystem):
         if state.roadmap is self._drawn.roadmap:
             return
         lines = state.frontiers(self._robot.shape.cover_radius)
-        edges = meshes.segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
+        edges = meshes.make_segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
         self.stage.swap("frontiers/extendable", edges, time)
-        points = _apart_from(np.zeros((0, 2)), _middles(lines), SPACING * self._node)
-        dots = meshes.discs(points, self._frontier, LAYERS["frontiers/points"].height)
+        points = _apart_from(np.zeros((0, 2)), _find_middles(lines), SPACING * self._node)
+        dots = meshes.make_discs(points, self._frontier, LAYERS["frontiers/points"].height)
         self.stage.swap("frontiers/points", dots, time)
-        cross_mesh = meshes.crosses(state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height)
+        cross_mesh = meshes.make_crosses(
+            state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height
+        )
         self.stage.swap("frontiers/stuck", cross_mesh, time)
 
     def _grow(self, path: str | None) -> None:
@@ -290,7 +298,7 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         self._drawn.path = points
         self._mark("short_term_goal", path[0] if len(path) else None, time)  # at once, or they would come apart
-        self.stage.swap("path", meshes.ribbon(points, self._line, LAYERS["path"].height), time)
+        self.stage.swap("path", meshes.make_ribbon(points, self._line, LAYERS["path"].height), time)
 
     def _draw_scans(self, scans: list[tuple[LaserScan | None, Mount]], pose: np.ndarray | None, time: float) -> None:
         seen_scans = [(scan, mount) for scan, mount in scans if scan is not None]
@@ -309,7 +317,7 @@ class StarRoadmapVisualizer(LeafSystem):
         if len(path):
             kept_indices = np.unique(np.linspace(0, len(path) - 1, min(8, len(path))).round().astype(int))
             path = path[kept_indices]
-        mesh = meshes.swept(path, self._robot.shape, LAYERS["certificate"].height)
+        mesh = meshes.sweep_area(path, self._robot.shape, LAYERS["certificate"].height)
         self.stage.swap("certificate", mesh, time)
 
     def _draw_trail(self, time: float) -> None:
@@ -322,8 +330,8 @@ class StarRoadmapVisualizer(LeafSystem):
         # One quad per step, so that each shows its own speed.
         end_points = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
         steps = np.hypot(*(end_points[:, 1] - end_points[:, 0]).T) > meshes.SAME_POINT
-        mesh = meshes.segments(end_points[steps], self._line, LAYERS["trail"].height)
-        colors = np.repeat(meshes.speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
+        mesh = meshes.make_segments(end_points[steps], self._line, LAYERS["trail"].height)
+        colors = np.repeat(meshes.compute_speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
         self.stage.add("trail", mesh, time, colors=colors)
         self._drawn.trail = self._drawn.trail[-1:]
 
@@ -337,7 +345,7 @@ def _apart_from(drawn: np.ndarray, points: np.ndarray, spacing: float) -> np.nda
     return drawn[drawn_count:]
 
 
-def _middles(lines: np.ndarray) -> np.ndarray:
+def _find_middles(lines: np.ndarray) -> np.ndarray:
     """The middles of polylines, whose segments, shape (n, 2, 2), follow one another; shape (m, 2)."""
     breaks = np.flatnonzero(np.any(lines[1:, 0] != lines[:-1, 1], axis=1)) + 1
     chains = [shapely.LineString([*part[:, 0], part[-1, 1]]) for part in np.split(lines, breaks) if len(part)]

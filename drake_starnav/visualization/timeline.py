@@ -23,11 +23,11 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.trajectory import Motion
-from drake_starnav.models.drake_meshes import mesh_triangles
-from drake_starnav.station.model_world import shape_vertices
+from drake_starnav.models.drake_meshes import read_shape_triangles
+from drake_starnav.station.model_world import make_shape_vertices
 from drake_starnav.visualization.meshes import Color
 from drake_starnav.visualization.page import Caption, Extent
-from drake_starnav.worlds.footprints import box_vertices, convex_footprint
+from drake_starnav.worlds.footprints import make_box_vertices, make_convex_footprint
 
 
 @dataclass
@@ -109,13 +109,13 @@ class Solid:
     color: Color
     poses: Track
 
-    def seen_from_above(self, time: float) -> tuple[list[np.ndarray], float]:
+    def project_from_above(self, time: float) -> tuple[list[np.ndarray], float]:
         """Polygons that cover it, each of shape (k, 2), W, m, and the height of its top, m, at a time, s."""
         X_WF = self.poses.at(time)
         points = self.vertices @ X_WF[:, :3].T + X_WF[:, 3]
         if self.faces is not None:
             return list(points[self.faces, :2]), points[:, 2].max()
-        shadow = convex_footprint(points, -np.inf, np.inf)
+        shadow = make_convex_footprint(points, -np.inf, np.inf)
         return ([] if shadow is None else [shadow]), points[:, 2].max()
 
 
@@ -129,8 +129,8 @@ class SceneTimeline:
         self.frames = {frame: Track() for frame in also}
         for geometry in sorted(inspector.GetAllGeometryIds(Role.kIllustration), key=GeometryId.get_value):
             frame = inspector.GetFrameId(geometry)
-            if (corners := _corners(inspector, geometry)) is not None:
-                color = _color(inspector.GetIllustrationProperties(geometry))
+            if (corners := _read_mesh(inspector, geometry)) is not None:
+                color = _read_color(inspector.GetIllustrationProperties(geometry))
                 self.solids.append(Solid(*corners, color, self.frames.setdefault(frame, Track())))
 
     def note(self, query: QueryObject, time: float) -> None:
@@ -140,7 +140,7 @@ class SceneTimeline:
                 poses.set(query.GetPoseInWorld(frame).GetAsMatrix34(), time)
 
 
-def _color(look: IllustrationProperties) -> Color:
+def _read_color(look: IllustrationProperties) -> Color:
     """Red, green, blue, 0 to 1, of a shape that looks so."""
     if not look.HasProperty("phong", "diffuse"):
         return 0.9, 0.9, 0.9  # as Drake draws it
@@ -148,20 +148,20 @@ def _color(look: IllustrationProperties) -> Color:
     return color.r(), color.g(), color.b()
 
 
-def _corners(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, np.ndarray | None] | None:
+def _read_mesh(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[np.ndarray, np.ndarray | None] | None:
     """Vertices in the frame and faces of a geometry; of what cannot be read its box, of what has no bounds None."""
     shape, X_FG, faces = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry), None
     try:
         if isinstance(shape, Mesh):
-            vertices, faces = mesh_triangles(shape, inspector.GetName(geometry))
+            vertices, faces = read_shape_triangles(shape, inspector.GetName(geometry))
             return vertices @ X_FG.rotation().matrix().T + X_FG.translation(), faces
-        return shape_vertices(inspector, geometry, X_FG), None
+        return make_shape_vertices(inspector, geometry, X_FG), None
     except (StarnavError, RuntimeError):
         box = inspector.GetObbInGeometryFrame(geometry)
         if box is None:
             return None
         X_FB = X_FG @ box.pose()
-        return box_vertices(2.0 * box.half_width()) @ X_FB.rotation().matrix().T + X_FB.translation(), None
+        return make_box_vertices(2.0 * box.half_width()) @ X_FB.rotation().matrix().T + X_FB.translation(), None
 
 
 class SceneRecorder(LeafSystem):

@@ -24,10 +24,10 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation.robot import body_top, obstacle_top
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters, Scenario
-from drake_starnav.station.model_world import floor_geometries
-from drake_starnav.station.world_geometry import add_still_obstacles, upright_prism
+from drake_starnav.station.model_world import find_floor_geometries
+from drake_starnav.station.world_geometry import add_still_obstacles, make_upright_prism
 from drake_starnav.visualization import meshes
-from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage, add_scene, quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, MeshcatStage, add_scene, start_quiet_meshcat
 from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
@@ -43,7 +43,7 @@ COLORS: tuple[meshes.Color, ...] = (
 TRAIL = "trail"
 
 
-def trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
+def make_trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
     """Name and layer of the trail of a robot, whose number, from 0, decides its colour; `said` is about it."""
     color, height = COLORS[number % len(COLORS)], 0.1 - 0.005 * number
     return f"{TRAIL}/{name}", meshes.Layer(f"{name}: {said}", color, "robot", height)
@@ -89,29 +89,29 @@ def record_tracks(
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """
-    names, trails = zip(*(trail_layer(each.name, each.said, k) for k, each in enumerate(driven)), strict=True)
+    names, trails = zip(*(make_trail_layer(each.name, each.said, k) for k, each in enumerate(driven)), strict=True)
     layers, parameters = dict(zip(names, trails, strict=True)), scenario.recording
     layers |= {"goal": meshes.LAYERS["goal"]} if not any(each.goals for each in driven) else {}
-    layers |= meshes.with_scene({}, world)
+    layers |= meshes.add_scene_layers({}, world)
     del layers["robot"]  # there are several, each with a row of its own
     caption, rate = Caption(scenario.name, (line,), layers, shown), parameters.frames_per_second
     of_one = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
     bodies = [
-        _robot_body(each, trail.color, body_top(one), 0.02 * (len(driven) - k))  # the first is on top
+        _make_robot_body(each, trail.color, body_top(one), 0.02 * (len(driven) - k))  # the first is on top
         for k, (each, one, trail) in enumerate(zip(driven, of_one, trails, strict=True))
     ]
-    meshcat, motions = quiet_meshcat(), tuple(each.motion for each in driven)
+    meshcat, motions = start_quiet_meshcat(), tuple(each.motion for each in driven)
     times = np.arange(0.0, max(motion.duration for motion in motions) + 1.0 / rate, 1.0 / rate)
     stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / rate, layers)
     meshcat.StartRecording(rate, set_visualizations_while_recording=False)
-    scene = _play(meshcat, world, max(map(obstacle_top, of_one)), bodies, times)
+    scene = _play_motions(meshcat, world, max(map(obstacle_top, of_one)), bodies, times)
     for layer, each in zip(names, driven, strict=True):
         for place in each.goals:
-            stage.add(layer, meshes.goal_star(place, each.robot.radius, world.extent), 0.0)
+            stage.add(layer, meshes.make_goal_star(place, each.robot.radius, world.extent), 0.0)
     if "goal" in layers:
-        stage.add("goal", meshes.goal_star(world.goal, driven[0].robot.radius, world.extent), 0.0)
+        stage.add("goal", meshes.make_goal_star(world.goal, driven[0].robot.radius, world.extent), 0.0)
     for each, name in zip(driven, names, strict=True):
-        width = meshes.LINE_WIDTH * meshes.mark_scale(world.extent, each.robot.radius)
+        width = meshes.LINE_WIDTH * meshes.choose_mark_scale(world.extent, each.robot.radius)
         _add_trail(stage, each.motion, name, (width, layers[name].height), parameters)
     finish_recording(
         meshcat, html, caption, Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
@@ -129,10 +129,14 @@ def _add_trail(
     places = np.array([motion.at(float(time))[:2] for time in times])
     for k in range(1, len(times)):
         if k % every == 0 or k == len(times) - 1:
-            stage.add(layer, meshes.ribbon(places[(k - 1) // every * every : k + 1], *size), times[k] + FRAME_SLACK)
+            stage.add(
+                layer, meshes.make_ribbon(places[(k - 1) // every * every : k + 1], *size), times[k] + FRAME_SLACK
+            )
 
 
-def _play(meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body], times: np.ndarray) -> SceneTimeline:
+def _play_motions(
+    meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body], times: np.ndarray
+) -> SceneTimeline:
     """Show a world's obstacles, of a height, m, and how they and bodies move at the times, s, also in Meshcat."""
     positions, _ = moving_obstacle_states(world.moving_obstacles, times)
     paths, color = np.insert(positions, 2, 0.0, axis=2).swapaxes(0, 1), meshes.MOVING_OBSTACLES.color
@@ -152,7 +156,7 @@ def _play(meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body]
             part = GeometryInstance(RigidTransform([forward_axis, 0.0, up]), shape, f"{name}_{k}")
             part.set_illustration_properties(MakePhongIllustrationProperties([*color, 1.0]))
             scene_graph.RegisterGeometry(source, frame, part)
-    add_scene(builder, plant, scene_graph, meshcat, floor_geometries(plant, scene_graph))
+    add_scene(builder, plant, scene_graph, meshcat, find_floor_geometries(plant, scene_graph))
     scene, diagram = SceneTimeline(scene_graph), builder.Build()
     context = diagram.CreateDefaultContext()
     of_scene = scene_graph.GetMyContextFromRoot(context)
@@ -168,10 +172,10 @@ def _play(meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body]
     return scene
 
 
-def _robot_body(driven: Driven, color: meshes.Color, height: float, above: float) -> _Body:
+def _make_robot_body(driven: Driven, color: meshes.Color, height: float, above: float) -> _Body:
     """A hull of its colour and height with a light deck, a bar ahead and a lidar, `above` the floor, m."""
     shape, radius, top = driven.robot.shape, driven.robot.shape.radius, above + height
-    hulls = [upright_prism(part, height, driven.name) for part in shape.parts] or [Cylinder(radius, height)]
+    hulls = [make_upright_prism(part, height, driven.name) for part in shape.parts] or [Cylinder(radius, height)]
     parts = [(hull, 0.0, top - 0.5 * height, color) for hull in hulls]
     parts += [(Cylinder(0.55 * radius, 0.004), 0.0, top, meshes.DECK_COLOR)] if shape.is_disc else []
     parts += [(Box(0.8 * radius, 0.2 * radius, 0.008), 0.4 * radius, top, meshes.HEADING_COLOR)]

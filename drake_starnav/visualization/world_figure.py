@@ -10,7 +10,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint, disc
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.utils.files import replacing
+from drake_starnav.utils.files import replace_file
 from drake_starnav.visualization import meshes
 from drake_starnav.worlds.world import OPEN_BORDER, World
 
@@ -26,7 +26,7 @@ DETAILED = 300
 """A world with more outlines is drawn as pixels, to keep vector graphics small."""
 
 
-def new_figure(height: float, width: float = WIDTH) -> Any:
+def make_figure(height: float, width: float = WIDTH) -> Any:
     """An empty Matplotlib figure, `height` and `width` in inches; a `StarnavError` if Matplotlib is not installed."""
     try:
         from matplotlib.figure import Figure  # without pyplot, which needs a display and keeps figures alive
@@ -69,7 +69,7 @@ def world_axes(world: World, title: str, width: float | None = None) -> tuple[An
     x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
     least = 4.0 if width is None else 1.0
     width = width or (9.0 if x1 - x0 >= y1 - y0 else 7.0)
-    figure = new_figure(min(12.0, max(least, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
+    figure = make_figure(min(12.0, max(least, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
     axis = figure.add_subplot()
     draw_world(axis, world)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)
@@ -101,7 +101,7 @@ def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "g
     axis.plot(*goal, "*", color=GOAL, markersize=13.0, label=label or None, linestyle="none", zorder=3)
 
 
-def figure_pixels(figure: Any, *, dpi: int = 80) -> np.ndarray:
+def render_figure(figure: Any, *, dpi: int = 80) -> np.ndarray:
     """A figure as pixels: shape (height, width, 3), bytes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -119,7 +119,7 @@ def save_figure(figure: Any, file: str | Path, *, dpi: int = 80, legend: bool = 
         columns = max(1, round(4 * figure.get_figwidth() / 7.0))
         figure.legend(loc="outside lower center", ncols=min(4, columns), frameon=False)
     suffix = Path(file).suffix.lower()
-    with replacing(Path(file)) as temporary, rc_context(EMBEDDED_FONTS):
+    with replace_file(Path(file)) as temporary, rc_context(EMBEDDED_FONTS):
         figure.savefig(temporary, dpi=dpi, format=suffix[1:] if suffix in (".svg", ".pdf") else "png")
 
 
@@ -136,7 +136,7 @@ def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: 
     figure, axis = world_axes(world, title)
     if path is not None:
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
-    for zone, layer in ((zone, meshes.LAYERS[meshes.zone_layer(zone)]) for zone in scenario.zones):
+    for zone, layer in ((zone, meshes.LAYERS[meshes.name_zone_layer(zone)]) for zone in scenario.zones):
         is_known = layer.label in axis.get_legend_handles_labels()[1]
         fill = {"facecolor": layer.color, "alpha": layer.opacity, "label": None if is_known else layer.label}
         axis.fill(*np.transpose(zone.polygon), **fill, zorder=0.5)

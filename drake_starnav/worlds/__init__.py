@@ -11,8 +11,8 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint, as_footprint
 from drake_starnav.parameters import check_parameters
-from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.convex_parts import convex_parts
+from drake_starnav.worlds.clearance import compute_clearance
+from drake_starnav.worlds.convex_parts import split_into_convex_parts
 from drake_starnav.worlds.formats.obstacles import Model, Obstacles
 from drake_starnav.worlds.formats.ros_map import RosMap
 from drake_starnav.worlds.formats.world_file import Barn, DynaBarn
@@ -25,7 +25,7 @@ from drake_starnav.worlds.generators.paper import PaperForest, PaperMaze, PaperR
 from drake_starnav.worlds.generators.room import Room
 from drake_starnav.worlds.generators.rooms import Rooms
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
-from drake_starnav.worlds.shortest_path import shortest_path
+from drake_starnav.worlds.shortest_path import find_shortest_path
 from drake_starnav.worlds.solvable import check_ends, check_reachable
 from drake_starnav.worlds.world import World
 
@@ -55,8 +55,8 @@ GIVEN = (Obstacles, RosMap, Model)
 """Kinds whose goal is given."""
 
 __all__ = [
-    "WORLD_KINDS", "MovingObstacles", "World", "clearance", "convex_parts", "make_world", "moving_obstacle_states",
-    "shortest_path",
+    "WORLD_KINDS", "MovingObstacles", "World", "compute_clearance", "find_shortest_path", "make_world",
+    "moving_obstacle_states", "split_into_convex_parts",
     *WORLD_KINDS,
 ]  # fmt: skip
 

@@ -4,47 +4,47 @@ import numpy as np
 import shapely
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import Footprint, least_width
-from drake_starnav.geometry.se2 import places
-from drake_starnav.worlds.moving_obstacles import disc_clearance
+from drake_starnav.geometry.footprint import Footprint, measure_least_width
+from drake_starnav.geometry.se2 import place_points
+from drake_starnav.worlds.moving_obstacles import compute_disc_clearance
 from drake_starnav.worlds.world import World
 
 
-def clearance(world: World, points: np.ndarray) -> np.ndarray:
+def compute_clearance(world: World, points: np.ndarray) -> np.ndarray:
     """Signed distance from points (n, 2), m, W, to the nearest obstacle surface, shape (n,); +inf without obstacles.
 
     Negative inside a disc, inside a polygon and outside the bounds. Where obstacles overlap it is the smallest of
     their signed distances: exact outside, at least as deep as the deepest single obstacle inside.
     """
-    return np.min([distance for distance, _ in _nearest(world, points).values()], axis=0)
+    return np.min([distance for distance, _ in _find_nearest(world, points).values()], axis=0)
 
 
-def body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.ndarray:
+def compute_body_clearance(world: World, poses: np.ndarray, footprint: Footprint) -> np.ndarray:
     """Signed distance from a robot to the nearest obstacle surface; negative if and only if they overlap.
 
     Of poses (x, y, yaw), shape (n, 3), m and rad, W: shape (n,), m. It is exact, but where a robot that is no disc
     overlaps a polygon: there it is the least width of what they share.
     """
     if footprint.is_disc:
-        return clearance(world, poses[:, :2]) - footprint.radius
+        return compute_clearance(world, poses[:, :2]) - footprint.radius
     centres = np.broadcast_to(world.discs[:, :2], (len(poses), len(world.discs), 2))
-    least = disc_clearance(centres, world.discs[:, 2], poses, footprint.body)
+    least = compute_disc_clearance(centres, world.discs[:, 2], poses, footprint.body)
     if world.bounds is not None:
-        corners = places(poses, footprint.polygons.vertices).reshape(len(poses), -1, 2)
+        corners = place_points(poses, footprint.polygons.vertices).reshape(len(poses), -1, 2)
         low, high = np.reshape(world.bounds, (2, 2))
         least = np.minimum(least, np.minimum(corners - low, high - corners).min(axis=(1, 2)))
     for part in footprint.parts if world.polygons and len(poses) else ():
-        bodies = shapely.polygons(places(poses, part).reshape(len(poses), -1, 2))
+        bodies = shapely.polygons(place_points(poses, part).reshape(len(poses), -1, 2))
         (_, nearest), gaps = world.tree.query_nearest(bodies, return_distance=True, all_matches=False)
         for k in np.flatnonzero(gaps == 0.0):
-            gaps[k] = -least_width(shapely.intersection(bodies[k], world.tree.geometries[nearest[k]]))
+            gaps[k] = -measure_least_width(shapely.intersection(bodies[k], world.tree.geometries[nearest[k]]))
         least = np.minimum(least, gaps)
     return least
 
 
-def nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, float]:
+def find_nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, float]:
     """What is nearest to a point: a name for messages such as `cylinders[3]`, and the clearance to it, m."""
-    distances = _nearest(world, np.array([point], dtype=float))
+    distances = _find_nearest(world, np.array([point], dtype=float))
     kind = min(distances, key=lambda name: distances[name][0][0])
     distance, index = (float(column[0]) for column in distances[kind])
     if distance == np.inf:
@@ -55,7 +55,7 @@ def nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, flo
     return names.get(kind, f"{kind}[{index:.0f}]"), distance
 
 
-def _nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _find_nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """By kind of obstacle, the signed distance of each point to the nearest one, and its number, each of shape (n,)."""
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2:
@@ -71,11 +71,11 @@ def _nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np
             np.hstack([part.argmin(axis=1) for part in disc_distances]),
         )
     if world.polygons and len(points):
-        distances["polygons"] = _nearest_polygon(world.tree, shapely.points(points))
+        distances["polygons"] = _find_nearest_polygon(world.tree, shapely.points(points))
     return distances
 
 
-def _nearest_polygon(tree: shapely.STRtree, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _find_nearest_polygon(tree: shapely.STRtree, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Signed distance of each point to the nearest polygon, and its number, each of shape (n,)."""
     (_, index), distance = tree.query_nearest(points, return_distance=True, all_matches=False)
     points_inside, polygons_around = tree.query(points, predicate="within")

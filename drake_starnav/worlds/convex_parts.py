@@ -20,7 +20,7 @@ EVEN = 1e-5
 Corner = tuple[float, float]
 
 
-def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
+def split_into_convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
     """Convex polygons that together cover a simple polygon, without overlap.
 
     Args:
@@ -40,22 +40,22 @@ def convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
         raise StarnavError(f"polygon has {len(corners)} corners; allowed: at most {MOST_CORNERS}")
     # about the first corner, so that a polygon far from the origin loses no digits
     origin = corners[0].copy()
-    outline = shapely.Polygon(evened(corners - origin))
+    outline = shapely.Polygon(simplify_outline(corners - origin))
     if not outline.is_valid or outline.area < EVEN * EVEN:
         fault = "no area" if outline.is_valid else shapely.is_valid_reason(outline)
         raise StarnavError(f"polygon {shown(corners.tolist())} has {fault.lower()}; allowed: a simple polygon")
     triangles = shapely.constrained_delaunay_triangles(outline).normalize().geoms
-    return [np.array(piece) + origin for piece in _merged([list(t.exterior.coords[-2::-1]) for t in triangles])]
+    return [np.array(piece) + origin for piece in _merge_pieces([list(t.exterior.coords[-2::-1]) for t in triangles])]
 
 
-def evened(points: np.ndarray) -> np.ndarray:
+def simplify_outline(points: np.ndarray) -> np.ndarray:
     """The outline (k, 2), m, without corners that stick out by no more than `EVEN`; itself if hardly any would stay."""
     ring = shapely.LinearRing(points).simplify(EVEN, preserve_topology=False)
     kept_points = shapely.get_coordinates(ring)[:-1]
     return kept_points if len(kept_points) >= 3 else points
 
 
-def _merged(pieces: list[list[Corner]]) -> list[list[Corner]]:
+def _merge_pieces(pieces: list[list[Corner]]) -> list[list[Corner]]:
     """Counter-clockwise convex pieces joined across common edges as long as they stay convex.
 
     An edge that cannot go now can never go: what a piece gains makes its corners no narrower. So each is tried once.
@@ -74,20 +74,20 @@ def _merged(pieces: list[list[Corner]]) -> list[list[Corner]]:
             continue
         this_piece, other_piece = piece_at((a, b)), piece_at((b, a))
         # from b to a, from a to b
-        left_piece = _begun_after(pieces[this_piece], a)
-        right_piece = _begun_after(pieces[other_piece], b)
-        if _turns_left(left_piece[-2], a, right_piece[1]) and _turns_left(right_piece[-2], b, left_piece[1]):
+        left_piece = _rotate_loop_to(pieces[this_piece], a)
+        right_piece = _rotate_loop_to(pieces[other_piece], b)
+        if _is_left_turn(left_piece[-2], a, right_piece[1]) and _is_left_turn(right_piece[-2], b, left_piece[1]):
             pieces[this_piece], merged_into[other_piece] = left_piece + right_piece[1:-1], this_piece
     return [piece for k, piece in enumerate(pieces) if merged_into[k] == k]
 
 
-def _begun_after(piece: list[Corner], corner: Corner) -> list[Corner]:
+def _rotate_loop_to(piece: list[Corner], corner: Corner) -> list[Corner]:
     """The same loop, with this corner last."""
     k = piece.index(corner) + 1
     return piece[k:] + piece[:k]
 
 
-def _turns_left(a: Corner, b: Corner, c: Corner) -> bool:
+def _is_left_turn(a: Corner, b: Corner, c: Corner) -> bool:
     """Whether a b c turns left or goes straight on."""
     (ux, uy), (vx, vy) = np.subtract(b, a), np.subtract(c, b)
     return bool(ux * vy - uy * vx >= -1e-12 * np.hypot(ux, uy) * np.hypot(vx, vy))

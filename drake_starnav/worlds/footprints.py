@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 _AROUND = 96  # sides of the polyhedra that stand for round solids: they are up to 0.05 % too wide
 
 
-def convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarray | None:
+def make_convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarray | None:
     """The shadow on the floor of a convex solid's part between two heights, exactly.
 
     The solid is the convex hull of vertices (n, 3), m; its shadow is a convex polygon (k, 2), counterclockwise; None
@@ -30,13 +30,15 @@ def convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarra
         return None
 
 
-def sphere_footprint(center: np.ndarray, radius: float, low: float, high: float) -> tuple[float, float, float] | None:
+def make_sphere_footprint(
+    center: np.ndarray, radius: float, low: float, high: float
+) -> tuple[float, float, float] | None:
     """The same of a sphere about a centre (3,), m: x, y and radius of a disc."""
     height_outside = max(low - center[2], center[2] - high, 0.0)
     return (center[0], center[1], math.sqrt(radius**2 - height_outside**2)) if height_outside < radius else None
 
 
-def ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
+def make_ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
     """Corners of a polyhedron around an ellipsoid with semi-axes (3,) along x, y and z, m; shape (n, 3)."""
     bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
     elevation = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _AROUND // 2 + 1)[:, None]
@@ -48,12 +50,12 @@ def ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
     return circle_factor * np.asarray(semi_axes) * unit.reshape(-1, 3)
 
 
-def box_vertices(size: np.ndarray) -> np.ndarray:
+def make_box_vertices(size: np.ndarray) -> np.ndarray:
     """Corners of a box about the origin of that size (3,) along x, y and z, m; shape (8, 3), z changing fastest."""
     return 0.5 * size * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
-def cylinder_vertices(radius: float, length: float) -> np.ndarray:
+def make_cylinder_vertices(radius: float, length: float) -> np.ndarray:
     """Corners of a prism around a cylinder along z about the origin, m; shape (n, 3)."""
     bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
     ring = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))

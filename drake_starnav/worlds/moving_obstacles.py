@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.footprint import Footprint, disc, gap_to_disc
+from drake_starnav.geometry.footprint import Footprint, disc, measure_gap_to_disc
 from drake_starnav.utils.snapshot import snapshot
 
 MOVING_OBSTACLE_COLOR = (0.87, 0.55, 0.74)
@@ -17,7 +17,7 @@ MOVING_OBSTACLE_COLOR = (0.87, 0.55, 0.74)
 POINT = disc(0.0)
 
 
-def _frozen(value: object, columns: int) -> np.ndarray:
+def _make_read_only(value: object, columns: int) -> np.ndarray:
     array = np.array(value, dtype=float).reshape((-1, columns) if columns > 1 else -1)
     array.flags.writeable = False
     return array
@@ -38,8 +38,8 @@ class MovingObstacles:
     paths: tuple[np.ndarray, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radii", _frozen(self.radii, 1))
-        object.__setattr__(self, "paths", tuple(_frozen(path, 3) for path in self.paths))
+        object.__setattr__(self, "radii", _make_read_only(self.radii, 1))
+        object.__setattr__(self, "paths", tuple(_make_read_only(path, 3) for path in self.paths))
         if len(self.radii) != len(self.paths):
             raise StarnavError(
                 f"moving obstacles: {len(self.radii)} radii for {len(self.paths)} paths; allowed: one for each"
@@ -83,10 +83,12 @@ def moving_obstacle_states(moving_obstacles: MovingObstacles, times: np.ndarray)
         Each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg that begins there; the step
         from the last way point to the first takes no time and has none.
     """
-    return _states(np.ascontiguousarray(times, dtype=float), moving_obstacles.way_points, moving_obstacles.first)
+    return _find_states_on_paths(
+        np.ascontiguousarray(times, dtype=float), moving_obstacles.way_points, moving_obstacles.first
+    )
 
 
-def moving_obstacle_clearance(
+def compute_moving_obstacle_clearance(
     moving_obstacles: MovingObstacles, poses: np.ndarray, times: np.ndarray, footprint: Footprint = POINT
 ) -> np.ndarray:
     """Distance of a footprint at poses (m, 3), W, to the nearest moving obstacle at times (m,), s; shape (m,), m.
@@ -97,17 +99,17 @@ def moving_obstacle_clearance(
         return np.full(len(times), np.inf)
     positions, _ = moving_obstacle_states(moving_obstacles, times)
     poses = np.ascontiguousarray(poses, dtype=float)
-    return disc_clearance(positions, moving_obstacles.radii, poses, footprint.body)
+    return compute_disc_clearance(positions, moving_obstacles.radii, poses, footprint.body)
 
 
 @kernel
-def disc_clearance(positions, radii, poses, body):
+def compute_disc_clearance(positions, radii, poses, body):
     """The same of a `Body` to discs of some radii (n,), m, at positions (m, n, 2), W, one row for each pose."""
     least = np.full(len(poses), np.inf)
     for k in range(len(poses)):
         frame = poses[k, 0], poses[k, 1], math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for n in range(len(radii)):
-            least[k] = gap_to_disc(frame, body, positions[k, n, 0], positions[k, n, 1], radii[n], least[k])
+            least[k] = measure_gap_to_disc(frame, body, positions[k, n, 0], positions[k, n, 1], radii[n], least[k])
     return least
 
 
@@ -119,7 +121,9 @@ def there_and_back(way_points: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _states(times: np.ndarray, way_points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _find_states_on_paths(
+    times: np.ndarray, way_points: np.ndarray, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities (m, n, 2) at times (m,) on paths that begin at `first` (n + 1,) in way points."""
     count = len(first) - 1
     positions = np.empty((len(times), count, 2))

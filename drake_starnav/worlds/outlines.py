@@ -11,12 +11,12 @@ SHELL = 3
 """Solid cells farther than this from the passable ones are out of sight, cells."""
 
 
-def rectangle(x_min: float, y_min: float, x_max: float, y_max: float) -> np.ndarray:
+def make_rectangle(x_min: float, y_min: float, x_max: float, y_max: float) -> np.ndarray:
     """An axis-parallel rectangle, shape (4, 2), m."""
     return np.array([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)])
 
 
-def trap(length: float, depth: float, thickness: float, arms: int) -> np.ndarray:
+def make_trap(length: float, depth: float, thickness: float, arms: int) -> np.ndarray:
     """A straight wall, an L or a U (0, 1 or 2 arms) as one polygon, shape (k, 2), m.
 
     The spine of that length lies along y with its middle in the origin; arms reach a depth along +x, the first from its
@@ -25,7 +25,7 @@ def trap(length: float, depth: float, thickness: float, arms: int) -> np.ndarray
     half = thickness / 2.0
     outer, inner = length / 2.0 + half, length / 2.0 - half
     if arms == 0:
-        return rectangle(-half, -length / 2.0, half, length / 2.0)
+        return make_rectangle(-half, -length / 2.0, half, length / 2.0)
     corners = [(-half, -outer), (depth, -outer), (depth, -inner), (half, -inner)]
     if arms == 1:
         corners += [(half, length / 2.0), (-half, length / 2.0)]
@@ -40,7 +40,7 @@ def place(outline: np.ndarray, position: np.ndarray | tuple[float, float], angle
     return outline @ np.array([[cosine, sine], [-sine, cosine]]) + np.asarray(position)
 
 
-def solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
+def find_solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
     """Few rectangles whose union bounds the passable cells exactly as all solid cells do.
 
     Every solid cell at a passable one is covered, and no passable cell; rectangles may overlap. What is out of

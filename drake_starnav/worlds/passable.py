@@ -8,8 +8,8 @@ import shapely
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import distances, resample_polyline
-from drake_starnav.worlds.shortest_path import capsules_around
+from drake_starnav.geometry.polyline import measure_capsule_distances, resample_polyline
+from drake_starnav.worlds.shortest_path import make_capsules
 from drake_starnav.worlds.world import World
 
 LATTICES = ((0.05, 64), (0.025, 128))
@@ -20,7 +20,7 @@ _INSIDE = 0.04  # m, from the outline to the middles of the discs along it
 _MOVES = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)])
 
 
-def passable(world: World, robot: Footprint, spare: float = 0.0, yaw: float | None = None) -> bool:
+def has_passage(world: World, robot: Footprint, spare: float = 0.0, yaw: float | None = None) -> bool:
     """Whether a robot that is no disc has a way from the start of a world to its goal.
 
     It may turn and move as it likes, which no base can in less room. Passages in which it has less than 2 to 3 cm to
@@ -32,21 +32,21 @@ def passable(world: World, robot: Footprint, spare: float = 0.0, yaw: float | No
         spare: kept to all sides, m.
         yaw: its heading at the goal, rad; any without one.
     """
-    capsules = capsules_around(world, spare)
+    capsules = make_capsules(world, spare)
     x0, y0, x1, y1 = world.extent
     pad = 0.0 if world.bounds is not None else 2.0 * robot.radius
     box = np.array((x0 - pad, y0 - pad, x1 + pad, y1 + pad))
-    discs = _discs(robot)
+    discs = _make_inner_discs(robot)
     end = np.array((*world.goal, math.nan if yaw is None else yaw))
     for step, headings in LATTICES:
         if np.prod((box[2:] - box[:2]) / step + 2.0) * headings > MOST_STATES:
             return False
-        if _found(np.array(world.start), end, box, (step, headings), discs, capsules):
+        if _search_poses(np.array(world.start), end, box, (step, headings), discs, capsules):
             return True
     return False
 
 
-def _discs(robot: Footprint) -> np.ndarray:
+def _make_inner_discs(robot: Footprint) -> np.ndarray:
     """Discs (x, y, radius) that reach the outline of each part from inside, and its corners, shape (n, 3).
 
     The first is about the origin and has the robot's radius: where that one is free, all are.
@@ -86,14 +86,14 @@ def _is_free(x, y, yaw, room, origin, step, discs):
 
 
 @kernel
-def _found(start, end, box, lattice, discs, capsules):
+def _search_poses(start, end, box, lattice, discs, capsules):
     """Whether a search from the start, nearest to the goal first, comes within a grid step of the goal."""
     step, headings = lattice
     turn = 2.0 * math.pi / headings
     start_column, start_row = int((start[0] - box[0]) / step) + 1, int((start[1] - box[1]) / step) + 1
     origin = np.array((start[0] - start_column * step, start[1] - start_row * step))
     shape = (start_column + int((box[2] - start[0]) / step) + 2, start_row + int((box[3] - start[1]) / step) + 2)
-    room = distances(origin, shape, step, discs[0, 2] + step, capsules)
+    room = measure_capsule_distances(origin, shape, step, discs[0, 2] + step, capsules)
     is_visited = np.zeros((shape[0], shape[1], headings), np.bool_)
     is_visited[start_column, start_row, 0] = True
     queue = [(0.0, start_column, start_row, 0)]

@@ -11,12 +11,17 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.geometry.polyline import distances, measure_arc_lengths, point_to_segment_squared, subdivide_polyline
+from drake_starnav.geometry.polyline import (
+    measure_arc_lengths,
+    measure_capsule_distances,
+    square_segment_distance,
+    subdivide_polyline,
+)
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.planning.bucket_search import bucket_dijkstra
 from drake_starnav.planning.cost_field import trace_path
 from drake_starnav.planning.grid import LARGEST_GRID
-from drake_starnav.worlds.clearance import clearance as clearance_at
+from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.world import World
 
 TOLERANCE = 1e-9  # m, a path may touch the capsules
@@ -25,14 +30,14 @@ _SPACINGS = (0.2, 0.1, 0.05)  # m, of the points among which a path is shortened
 _JOINED = 3  # cells to each side, among which start and goal are joined to the grid
 
 
-def capsules_around(world: World, clearance: float) -> np.ndarray:
+def make_capsules(world: World, clearance: float) -> np.ndarray:
     """All obstacles inflated, shape (m, 5): axis x1, y1, x2, y2 and radius. A disc's axis is a point."""
     edges = np.column_stack((world.segments, np.zeros(len(world.segments))))
     return np.vstack((world.discs[:, [0, 1, 0, 1, 2]], edges)) + (0.0, 0.0, 0.0, 0.0, clearance)
 
 
 @kernel
-def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> bool:
+def is_segment_blocked(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> bool:
     """Whether the segment a b enters the capsule."""
     x1, y1, x2, y2, radius = capsule
     if (
@@ -49,22 +54,22 @@ def blocks(ax: float, ay: float, bx: float, by: float, capsule: np.ndarray) -> b
     if side_1 * side_2 < 0.0 and side_a * side_b < 0.0:  # it crosses the axis
         return radius > TOLERANCE
     nearest = min(
-        min(point_to_segment_squared(ax, ay, x1, y1, x2, y2), point_to_segment_squared(bx, by, x1, y1, x2, y2)),
-        min(point_to_segment_squared(x1, y1, ax, ay, bx, by), point_to_segment_squared(x2, y2, ax, ay, bx, by)),
+        min(square_segment_distance(ax, ay, x1, y1, x2, y2), square_segment_distance(bx, by, x1, y1, x2, y2)),
+        min(square_segment_distance(x1, y1, ax, ay, bx, by), square_segment_distance(x2, y2, ax, ay, bx, by)),
     )
     return nearest < (radius - TOLERANCE) ** 2
 
 
 @kernel
-def blocker(ax: float, ay: float, bx: float, by: float, capsules: np.ndarray) -> int:
+def find_blocking_capsule(ax: float, ay: float, bx: float, by: float, capsules: np.ndarray) -> int:
     """Index of a capsule that the segment a b enters, -1 if it is free."""
     for k in range(len(capsules)):
-        if blocks(ax, ay, bx, by, capsules[k]):
+        if is_segment_blocked(ax, ay, bx, by, capsules[k]):
             return k
     return -1
 
 
-def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> tuple[float, np.ndarray] | None:
+def find_shortest_path(world: World, clearance: float, resolution: float = 0.05) -> tuple[float, np.ndarray] | None:
     """The shortest way of a disc from the start to the goal of a world.
 
     The passages are found on a grid, so one narrower than the disc plus about two grid steps can be missed, and of
@@ -85,10 +90,10 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
         if not (math.isfinite(value) and value > 0.0):
             raise StarnavError(f"shortest path: {name} is {value}; allowed: 0 < x m")
     end_points = np.array([world.start[:2], world.goal])
-    if (clearance_at(world, end_points) < clearance).any():
+    if (compute_clearance(world, end_points) < clearance).any():
         return None
-    capsules = capsules_around(world, clearance)
-    if blocker(*end_points[0], *end_points[1], capsules) < 0:
+    capsules = make_capsules(world, clearance)
+    if find_blocking_capsule(*end_points[0], *end_points[1], capsules) < 0:
         return math.dist(*end_points), end_points
     x0, y0, x1, y1 = world.extent
     pad = 0.0 if world.bounds is not None else clearance  # a way around the outermost obstacles of an open plane
@@ -106,20 +111,22 @@ def shortest_path(world: World, clearance: float, resolution: float = 0.05) -> t
         turned_capsules = np.column_stack(
             (transform_points(frame, capsules[:, :2]), transform_points(frame, capsules[:, 2:4]), capsules[:, 4])
         )
-        between = _found_on_grid(transform_points(frame, end_points), box, turned_capsules, resolution, clearance)
+        between = _search_grid(transform_points(frame, end_points), box, turned_capsules, resolution, clearance)
         if len(between):
-            way = _pulled(np.vstack((end_points[:1], transform_points(frame_back, between), end_points[1:])), capsules)
+            way = _shorten_path(
+                np.vstack((end_points[:1], transform_points(frame_back, between), end_points[1:])), capsules
+            )
             ways.append((float(measure_arc_lengths(way)[-1]), way))
     return min(ways, key=lambda found: found[0], default=None)
 
 
-def _found_on_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step: float, radius: float) -> np.ndarray:
+def _search_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step: float, radius: float) -> np.ndarray:
     """Points (k, 2) of a free grid in a box, each in sight of the next, from near the first end to near the other; none
     without a way. `radius` is that of the narrowest capsule, m."""
     spare = math.hypot(radius, math.hypot(0.5, 0.5) * step) - radius  # of two such neighbours, their line is free
     nx, ny = ((box[1] - box[0]) / step).astype(int) + 1
-    free = distances(box[0], (nx, ny), step, spare + step, capsules) > spare
-    begin, goal = (_nearest_in_sight(end, box[0], step, free, capsules) for end in ends)
+    free = measure_capsule_distances(box[0], (nx, ny), step, spare + step, capsules) > spare
+    begin, goal = (_find_nearest_in_sight(end, box[0], step, free, capsules) for end in ends)
     if begin is None or goal is None:
         return np.empty((0, 2))
     weight = np.pad(10 * free.astype(np.uint8), 1)
@@ -128,17 +135,17 @@ def _found_on_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step
     return box[0] + (trace_path(cost, weight, *map(float, begin)) - 1) * step
 
 
-def _nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int] | None:
+def _find_nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int] | None:
     """The nearest free cell of a grid with a border that an end (2,) sees, among _JOINED to each side."""
     low = np.maximum(np.rint((end - origin) / step).astype(int) - _JOINED, 0)
     cells = low + np.argwhere(free[low[0] :, low[1] :][: 2 * _JOINED + 1, : 2 * _JOINED + 1])
     for k in np.hypot(*(origin + cells * step - end).T).argsort(kind="stable"):
-        if blocker(*end, *(origin + cells[k] * step), capsules) < 0:
+        if find_blocking_capsule(*end, *(origin + cells[k] * step), capsules) < 0:
             return int(cells[k, 0]) + 1, int(cells[k, 1]) + 1
     return None
 
 
-def _pulled(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
+def _shorten_path(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The path (k, 2) shortened among points along it, to 0.2 % of what capsules allow near it."""
     capsules = _around(path, capsules)
     path, previous_length = _straighten(path, capsules), np.inf
@@ -147,7 +154,7 @@ def _pulled(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
         for spacing in _SPACINGS:
             points = subdivide_polyline(path, spacing)
             points[-1] = path[-1]  # without its rounding
-            path = _shortest_through(points, capsules)
+            path = _find_shortest_polyline(points, capsules)
     return path
 
 
@@ -165,14 +172,14 @@ def _straighten(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     keep = [0]
     for k in range(2, len(path)):
         x, y = path[keep[-1]]
-        if blocker(x, y, path[k, 0], path[k, 1], capsules) >= 0:
+        if find_blocking_capsule(x, y, path[k, 0], path[k, 1], capsules) >= 0:
             keep.append(k - 1)
     keep.append(len(path) - 1)
     return path[np.array(keep)]
 
 
 @kernel
-def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
+def _find_shortest_polyline(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The shortest polyline (k, 2) from the first to the last of points (n, 2), in their order; neighbours in it see
     one another past all capsules (m, 5)."""
     n = len(points)
@@ -186,9 +193,9 @@ def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
             if through >= cost[j]:
                 continue
             ax, ay, bx, by = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
-            if hidden_by >= 0 and blocks(ax, ay, bx, by, capsules[hidden_by]):
+            if hidden_by >= 0 and is_segment_blocked(ax, ay, bx, by, capsules[hidden_by]):
                 continue
-            hidden_by = blocker(ax, ay, bx, by, capsules)
+            hidden_by = find_blocking_capsule(ax, ay, bx, by, capsules)
             if hidden_by < 0:
                 cost[j] = through
                 parent[j] = i
@@ -199,10 +206,10 @@ def _shortest_through(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def distance_from(capsules, x, y):
+def compute_capsule_distance(capsules, x, y):
     """Distance of a place to the nearest capsule, m; less than 0 in one."""
     least = np.inf
     for c in range(len(capsules)):
         x1, y1, x2, y2, radius = capsules[c]
-        least = min(least, math.sqrt(point_to_segment_squared(x, y, x1, y1, x2, y2)) - radius)
+        least = min(least, math.sqrt(square_segment_distance(x, y, x1, y1, x2, y2)) - radius)
     return least

@@ -37,7 +37,7 @@ def scan_from(shapes: Shapes, pose: np.ndarray, lidar: LidarParameters, seed: in
     return LaserScan(index / lidar.rate, *view[:2], *limits, ranges, lost_beams=lidar.dropout > 0.0)
 
 
-def tightest_gap(world: World, path: np.ndarray) -> float:
+def find_tightest_gap(world: World, path: np.ndarray) -> float:
     """The least width of the free space along a path (n, 2), m, W, outside of all obstacles: of all straight lines
     through its points, the shortest between two obstacles, m; infinite where nothing stands on both sides.
 

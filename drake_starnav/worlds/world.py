@@ -13,7 +13,7 @@ from drake_starnav.errors import StarnavError, shown
 from drake_starnav.parameters import is_number
 from drake_starnav.utils.snapshot import snapshot
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
-from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.outlines import make_rectangle
 
 ROBOT_HEIGHT = 0.13
 """Height of the shipped robots' hulls, m."""
@@ -52,7 +52,7 @@ def check_keys(entry: Any, place: str, keys: Sequence[str]) -> None:
         raise StarnavError(f"{place} has no {', '.join(missing)}; allowed: a mapping with {', '.join(keys)}")
 
 
-def _rows(value: Any, name: str, entries: tuple[str, ...]) -> np.ndarray:
+def _read_rows(value: Any, name: str, entries: tuple[str, ...]) -> np.ndarray:
     """A read-only array (n, m) of rows with as many numbers as entries, or a `StarnavError`."""
     rows = value.tolist() if isinstance(value, np.ndarray) and value.dtype != float else value
     if not isinstance(rows, (list, tuple, np.ndarray)):
@@ -124,10 +124,10 @@ class World:
             del lone["bounds"]
         for name, entries in lone.items():
             object.__setattr__(self, name, check_numbers(getattr(self, name), place + name, entries))
-        polygons = (_rows(polygon, f"{place}polygons[{k}]", corner) for k, polygon in enumerate(self.polygons))
+        polygons = (_read_rows(polygon, f"{place}polygons[{k}]", corner) for k, polygon in enumerate(self.polygons))
         object.__setattr__(self, "polygons", tuple(polygons))
         for name in ("cylinders", "spheres"):
-            rows = _rows(getattr(self, name), place + name, circle)
+            rows = _read_rows(getattr(self, name), place + name, circle)
             object.__setattr__(self, name, rows)
             for n in np.flatnonzero(rows[:, 2] < SMALLEST):
                 self._refuse(f"{name}[{n}] is {rows[n].tolist()}", f"a positive radius of at least {SMALLEST:g} m")
@@ -159,7 +159,7 @@ class World:
     @cached_property
     def segments(self) -> np.ndarray:
         """Edges of all polygons and of the bounds, shape (s, 4): x1, y1, x2, y2."""
-        loops = [*self.polygons, *([] if self.bounds is None else [rectangle(*self.bounds)])]
+        loops = [*self.polygons, *([] if self.bounds is None else [make_rectangle(*self.bounds)])]
         return np.vstack([np.zeros((0, 4)), *(np.hstack((loop, np.roll(loop, -1, axis=0))) for loop in loops)])
 
     @cached_property

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.summary import format_markdown_table
 from scripts.experiments import replacements
 from scripts.experiments.experiment import (
     Results,
@@ -84,7 +84,7 @@ def ablate(options: argparse.Namespace) -> Results:
 def ablation_table(results: Results, scenarios: Sequence[str]) -> str:
     """A Markdown table with a row for each ablation; times are compared on trials that both reached."""
     rows = [(name, *comparison_cells(records, results[REFERENCE], scenarios)) for name, records in results.items()]
-    return markdown_table(("without", *comparison_head(scenarios, REFERENCE)), rows)
+    return format_markdown_table(("without", *comparison_head(scenarios, REFERENCE)), rows)
 
 
 if __name__ == "__main__":

@@ -18,10 +18,10 @@ from tqdm import tqdm
 from drake_starnav.cli.options import REACHED, CommandParser, check_numbers, run_command
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.paper.star_region import fit_boundary, range_profile
+from drake_starnav.paper.star_region import fit_boundary, make_range_profile
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic, fit_segments
-from drake_starnav.worlds import Forest, Maze, PaperForest, Room, World, clearance, make_world
+from drake_starnav.worlds import Forest, Maze, PaperForest, Room, World, compute_clearance, make_world
 from drake_starnav.worlds.view import scan_from, visible_shapes
 
 FIXED = (4, 8, 16, 32, 64)
@@ -39,7 +39,7 @@ def random_free_pose(world: World, rng: np.random.Generator) -> np.ndarray:
     x0, y0, x1, y1 = world.extent
     while True:
         pose = rng.uniform((x0, y0, -np.pi), (x1, y1, np.pi))
-        if clearance(world, pose[None, :2])[0] > RADIUS:
+        if compute_clearance(world, pose[None, :2])[0] > RADIUS:
             return pose
 
 
@@ -106,7 +106,7 @@ def measured(scans: Iterable[LaserScan]) -> dict[str, Deviation]:
     fitters = methods()
     results: dict[str, list[tuple]] = {label: [] for label in fitters}
     for scan in tqdm(scans, unit="scan", disable=None, leave=False):
-        samples = range_profile(scan, scan.distances, RADIUS, samples=len(scan.ranges)).values
+        samples = make_range_profile(scan, scan.distances, RADIUS, samples=len(scan.ranges)).values
         seconds = fastest([partial(fit, samples) for fit in fitters.values()])
         for (label, make), spent in zip(fitters.items(), seconds, strict=True):
             fit = make(samples)

@@ -10,12 +10,12 @@ from typing import Any
 
 from tqdm import tqdm
 
-from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, chosen_pool
+from drake_starnav.cli.benchmark import add_batch_options, check_batch_options, choose_pool
 from drake_starnav.cli.options import NOT_REACHED, REACHED, CommandParser, run_command
 from drake_starnav.evaluation.jobs import Record, make_cases, make_jobs
-from drake_starnav.evaluation.summary import compare, number, rate_text
+from drake_starnav.evaluation.summary import compare_trials, format_number, format_rate
 from drake_starnav.evaluation.trial_file import TrialFile, make_header
-from drake_starnav.evaluation.workers import BatchInterrupted, Pool, announcement, run_batch
+from drake_starnav.evaluation.workers import BatchInterrupted, Pool, describe_batch, run_batch
 from drake_starnav.utils.files import check_outputs, write_text
 
 Results = dict[str, list[Record]]
@@ -90,11 +90,11 @@ def _run_variants(
     for name, (method, overrides) in variants.items():  # all are made before any runs, so that bad input is found first
         batches.append((name, overrides, make_cases(options.scenario, [method], overrides)))
     results: Results = {}
-    with chosen_pool(options) as pool:
+    with choose_pool(options) as pool:
         if len(batches) > 1 and not options.quiet:
             jobs = [job for _, _, cases in batches for job in make_jobs(cases, options.trials, options.seed, set())]
             less = ", less what has run" if options.resume else ""
-            print(f"{len(batches)} rows, {announcement(jobs, pool.workers)}{less}", file=sys.stderr, flush=True)
+            print(f"{len(batches)} rows, {describe_batch(jobs, pool.workers)}{less}", file=sys.stderr, flush=True)
         for name, overrides, cases in batches:
             header = make_header(cases, options.seed, overrides, command=getattr(options, "typed", ""))
             with TrialFile(options.out / f"{name}.jsonl", header, resume=options.resume) as file:
@@ -143,8 +143,12 @@ def comparison_cells(records: Sequence[Record], reference: Sequence[Record], sce
     cells = []
     for scenario in scenarios:
         trials = of_scenario(records, scenario)
-        ratio = compare(trials, reference).time_ratio
-        cells += [rate_text(count(trials, "reached"), len(trials)), str(count(trials, "collision")), number(ratio, 2)]
+        ratio = compare_trials(trials, reference).time_ratio
+        cells += [
+            format_rate(count(trials, "reached"), len(trials)),
+            str(count(trials, "collision")),
+            format_number(ratio, 2),
+        ]
     return cells
 
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.evaluation.summary import compare, markdown_table, number
+from drake_starnav.evaluation.summary import compare_trials, format_markdown_table, format_number
 from drake_starnav.evaluation.trial_file import read_trials
 from scripts.experiments.experiment import (
     Results,
@@ -72,7 +72,7 @@ def measure_faults(options: argparse.Namespace) -> Results:
 
 def fault_table(results: Results, scenarios: Sequence[str]) -> str:
     """Return the table as Markdown."""
-    return markdown_table(*head_and_rows(results, scenarios))
+    return format_markdown_table(*head_and_rows(results, scenarios))
 
 
 def head_and_rows(results: Results, scenarios: Sequence[str]) -> tuple[Row, list[Row]]:
@@ -82,9 +82,9 @@ def head_and_rows(results: Results, scenarios: Sequence[str]) -> tuple[Row, list
     for name, records in results.items():
         clearances = [r["min_clearance_m"] for r in records if r.get("min_clearance_m") is not None]
         pairs = [(of_scenario(records, each), of_scenario(results["none"], each)) for each in scenarios]
-        times = ", ".join(number(compare(*pair).time_ratio, 2) for pair in pairs)
+        times = ", ".join(format_number(compare_trials(*pair).time_ratio, 2) for pair in pairs)
         reached = f"{count(records, 'reached')} of {len(records)}"
-        least = number(min(clearances, default=None), 0, 1e3)
+        least = format_number(min(clearances, default=None), 0, 1e3)
         declared = ROWS[name][0] if len(ROWS[name]) == 1 else name
         rows.append((declared, reached, str(count(records, "collision")), times, least))
     return head, rows

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_starnav.evaluation.jobs import trial_seed
-from drake_starnav.evaluation.summary import markdown_table
+from drake_starnav.evaluation.jobs import derive_trial_seed
+from drake_starnav.evaluation.summary import format_markdown_table
 from drake_starnav.runtime import Command, Navigator
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -55,7 +55,7 @@ def main() -> None:
         navigator, times = Timed(scenario), np.full((options.trials, 1 + len(options.simulators)), np.nan)
         reached, touched = np.zeros(len(options.simulators), int), np.zeros(len(options.simulators), int)
         for k in range(options.trials):
-            seed = trial_seed(options.seed, k)
+            seed = derive_trial_seed(options.seed, k)
             times[k, 0] = run_trial(scenario, seed=seed).time_s
             for j, simulator in enumerate(options.simulators):
                 module: Any = importlib.import_module(f"tests.helpers.{simulator}_robot")
@@ -74,8 +74,8 @@ def main() -> None:
             total = f"{times[:, 1 + j].sum() / times[:, 0].sum():.3f}"
             rows.append([simulator, name, f"{reached[j]} of {options.trials}", str(touched[j]), total, spread])
     head = ("simulator", "world", "reached", "with contact", "time / in Drake, of all", "of a drive: median (range)")
-    print(markdown_table(head, rows))
-    print(markdown_table(("world", "steps", "p50, ms", "p99, ms", "longest, ms"), steps))
+    print(format_markdown_table(head, rows))
+    print(format_markdown_table(("world", "steps", "p50, ms", "p99, ms", "longest, ms"), steps))
 
 
 if __name__ == "__main__":

@@ -22,9 +22,9 @@ from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.generators.channel import Channel
-from drake_starnav.worlds.outlines import place, rectangle
+from drake_starnav.worlds.outlines import make_rectangle, place
 from drake_starnav.worlds.view import visible_shapes
 from drake_starnav.worlds.world import World
 from scripts.experiments.experiment import add_case_options, run_cases
@@ -76,7 +76,7 @@ def closed_world(kind: str, seed: int) -> World:
             bounds=(0.0, 0.0, width, height),
         )
         ends = np.array((world.start[:2], world.goal))
-        if (clearance(world, ends) > RADIUS + 0.1).all() and not has_way(world, RADIUS - SEARCHED):
+        if (compute_clearance(world, ends) > RADIUS + 0.1).all() and not has_way(world, RADIUS - SEARCHED):
             return world
 
 
@@ -117,7 +117,7 @@ def wall_with_door(a: np.ndarray, b: np.ndarray, door: float, thick: float) -> l
     length, angle = float(np.hypot(*(b - a))), math.atan2(*(b - a)[::-1])
     half = 0.5 * (length - door)
     spans = ((-0.5 * thick, half), (length - half, length + 0.5 * thick))
-    return [place(rectangle(low, -0.5 * thick, high, 0.5 * thick), a, angle) for low, high in spans]
+    return [place(make_rectangle(low, -0.5 * thick, high, 0.5 * thick), a, angle) for low, high in spans]
 
 
 def has_way(world: World, size: float) -> bool:
@@ -125,7 +125,7 @@ def has_way(world: World, size: float) -> bool:
     x0, y0, x1, y1 = world.extent
     x, y = np.arange(x0, x1, SEARCHED), np.arange(y0, y1, SEARCHED)
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    free = (clearance(world, points.reshape(-1, 2)) >= size).reshape(points.shape[:2])
+    free = (compute_clearance(world, points.reshape(-1, 2)) >= size).reshape(points.shape[:2])
     parts = label(free, np.ones((3, 3)))[0]
     cells = [tuple(np.rint((np.array(end) - (x0, y0)) / SEARCHED).astype(int)) for end in (world.start[:2], world.goal)]
     return bool(parts[cells[0]] and parts[cells[0]] == parts[cells[1]])

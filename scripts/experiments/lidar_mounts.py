@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.evaluation.summary import markdown_table, number
+from drake_starnav.evaluation.summary import format_markdown_table, format_number
 from drake_starnav.utils.files import read_text, write_text
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 from scripts.experiments.experiment import (
     Results,
     comparison_cells,
@@ -60,7 +60,7 @@ def measure_mounts(options: argparse.Namespace) -> Results:
     options.out.mkdir(parents=True, exist_ok=True)
     model = options.out / "mounted.urdf"
     frames = [f'<frame name="{n}" link="base_link" xyz="{xyz}" rpy="{rpy}"/>' for n, (xyz, rpy) in FRAMES.items()]
-    text = read_text(model_path("robots", "starbot.urdf"))
+    text = read_text(find_model_path("robots", "starbot.urdf"))
     write_text(model, text.replace("</robot>", "\n".join((*frames, "</robot>"))))
     robot = f"robot.model={model.absolute()}"
     variants = {name: ("star", [robot, *overrides]) for name, overrides in MOUNTS.items()}
@@ -74,11 +74,11 @@ def mounts_table(results: Results, scenarios: Sequence[str]) -> str:
         (
             name,
             *comparison_cells(records, centred, scenarios),
-            number(min(record["min_clearance_m"] for record in records), 0, 1e3),
+            format_number(min(record["min_clearance_m"] for record in records), 0, 1e3),
         )
         for name, records in results.items()
     ]
-    return markdown_table(("lidar", *comparison_head(scenarios, "centred"), "least clearance mm"), rows)
+    return format_markdown_table(("lidar", *comparison_head(scenarios, "centred"), "least clearance mm"), rows)
 
 
 if __name__ == "__main__":

@@ -17,8 +17,8 @@ from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.worlds.clearance import body_clearance
-from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.clearance import compute_body_clearance
+from drake_starnav.worlds.outlines import make_rectangle
 from drake_starnav.worlds.world import World
 from scripts.experiments.experiment import add_case_options, run_cases
 
@@ -37,7 +37,7 @@ WALLS, TREES, DEAD_ENDS = "wall", "trees", "dead end"
 def robot(name: str) -> str:
     """The section `robot` of a scenario, in YAML."""
     length, width = SIZES[name]
-    corners = rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width)
+    corners = make_rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width)
     return f"{{model: {name}, footprint: {np.asarray(corners).tolist()}}}"
 
 
@@ -58,7 +58,7 @@ def gap_world(kind: str, name: str, seed: int) -> World:
         for k in range(math.ceil(2.5 / (2.0 * size + 0.15))):
             away = 0.5 * gap + size + k * (2.0 * size + 0.15)
             cylinders += [(*transform_points(turn, np.array(((0.0, side * away),)))[0], size) for side in (1.0, -1.0)]
-    walls = tuple(transform_points(turn, np.asarray(rectangle(*box))) for box in outer)
+    walls = tuple(transform_points(turn, np.asarray(make_rectangle(*box))) for box in outer)
     goal = transform_points(turn, np.array(((2.0, rng.uniform(-1.5, 1.5)),)))[0]
     while True:
         place = np.array((rng.uniform(-2.6, -0.3), rng.uniform(-2.0, 2.0), rng.uniform(-math.pi, math.pi)))
@@ -75,7 +75,7 @@ def dead_end_world(name: str, seed: int) -> World:
     half, deep = 0.5 * (width + POCKET_SPARE), length + rng.uniform(0.3, 0.9)
     boxes = [(-4.2, -2.2, -4.0, 2.2), (-4.0, 2.0, deep + 0.1, 2.2), (-4.0, -2.2, deep + 0.1, -2.0)]
     boxes += [(0.0, half, deep + 0.1, 2.1), (0.0, -2.1, deep + 0.1, -half), (deep, -half, deep + 0.1, half)]
-    walls = tuple(transform_points(turn, np.asarray(rectangle(*box))) for box in boxes)
+    walls = tuple(transform_points(turn, np.asarray(make_rectangle(*box))) for box in boxes)
     goal = transform_points(turn, np.array(((-3.2, rng.uniform(-1.4, 1.4)),)))[0]
     while True:
         x, y, yaw = deep - 0.5 * length - rng.uniform(0.05, 0.2), rng.uniform(-0.02, 0.02), rng.uniform(-0.04, 0.04)
@@ -88,7 +88,7 @@ def dead_end_world(name: str, seed: int) -> World:
 def starts_free(world: World, name: str) -> bool:
     """Whether the robot stands clear at the start."""
     shape = parse_scenario(f"world: !Forest {{}}\nrobot: {robot(name)}", name=name).robot.shape
-    return bool(body_clearance(world, np.array((world.start,)), shape)[0] > FREE_START)
+    return bool(compute_body_clearance(world, np.array((world.start,)), shape)[0] > FREE_START)
 
 
 def measured(case: tuple[str, str, int]) -> dict[str, Any]:

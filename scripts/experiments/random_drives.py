@@ -29,8 +29,8 @@ from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.utils.files import read_text, write_text
-from drake_starnav.utils.resources import model_path
-from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.utils.resources import find_model_path
+from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.world import World
 from scripts.experiments.experiment import add_case_options, run_cases
 from tests.helpers.kinematic_robot import KinematicRobot
@@ -201,7 +201,7 @@ def mounted(place: str, box: np.ndarray, rng: np.random.Generator) -> dict[str, 
 
 def with_frames(model: str, mounts: dict[str, Mount], folder: Path) -> Path:
     """A copy of a shipped model with the frames of further lidars, as high as its own."""
-    text = read_text(model_path("robots", f"{model}.urdf"))
+    text = read_text(find_model_path("robots", f"{model}.urdf"))
     height = text.partition('<frame name="lidar"')[2].partition('xyz="')[2].partition('"')[0].split()[2]
     frames = [
         f'<frame name="{name}" link="base_link" xyz="{m.x} {m.y} {height}" rpy="{m.upside_down * math.pi} 0 {m.yaw}"/>'
@@ -263,7 +263,7 @@ def commanded(case: Case, seed: int, commands: int) -> dict[str, Any]:
         driven = wandered(motion, scenario, rng)
         poses, scans = np.vstack(driven), scans + EPISODE
         path += sum(float(np.hypot(*np.diff(part[:, :2], axis=0).T).sum()) for part in driven)
-        clearances = body_clearance(world, poses, robot.shape)
+        clearances = compute_body_clearance(world, poses, robot.shape)
         nearest = int(clearances.argmin())
         least = min(least, float(clearances[nearest]))
         if least < 0.0:
@@ -309,11 +309,11 @@ def free_pose(world: World, shape: Footprint, margin: float, rng: np.random.Gene
     """
     low, high = np.reshape(world.extent, (2, 2))
     poses = np.column_stack((rng.uniform(low, high, (64, 2)), rng.uniform(-math.pi, math.pi, 64)))
-    clear, beside = body_clearance(world, poses, shape), rng.uniform() < 0.5
+    clear, beside = compute_body_clearance(world, poses, shape), rng.uniform() < 0.5
     free = np.flatnonzero(clear > 1.2 * margin)
     if not len(free):
         start = np.array(world.start, dtype=float)
-        if body_clearance(world, start[None], shape)[0] < 0.0:
+        if compute_body_clearance(world, start[None], shape)[0] < 0.0:
             raise StarnavError(f"world {world.name} has no place where nothing stands that the robot does not see")
         return start
     return poses[free[np.argmin(clear[free])] if beside else free[0]]

@@ -16,7 +16,7 @@ import numpy as np
 from drake_starnav.control.path_following import _follow_guidance, guiding_vector
 from drake_starnav.evaluation.workers import Pool
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.paper.modulation import modulated_vector
+from drake_starnav.paper.modulation import modulate_vector
 from drake_starnav.planning import PlannerInput, PlannerState
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.safety.shield import ramp_twist
@@ -126,6 +126,6 @@ def along_cells(state: PlannerState, check: Any, inputs: PlannerInput) -> Planne
 
 def paper_direction(x: float, y: float, ux: float, uy: float, regions: RegionUnion, _radius: float) -> np.ndarray:
     """For `modulate_direction`: the paper's sum, normalised."""
-    vector = modulated_vector(np.array((x, y)), np.array((ux, uy)), regions)
+    vector = modulate_vector(np.array((x, y)), np.array((ux, uy)), regions)
     length = np.hypot(*vector)
     return vector / length if length > 1e-9 else np.array((ux, uy))

@@ -24,7 +24,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav import load_scenario, make_diagram, parse_scenario, run_trial
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 
 RECORDS = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "star.jsonl"
 RECORDED, FEW = 20, 5
@@ -111,7 +111,7 @@ class ShortDrive(NamedTuple):
                 f'<frame name="{name}" link="base_link" xyz="{x} {y} 0.1" rpy="0 0 {yaw}"/>'
                 for name, (x, y, yaw) in FRAMES.items()
             ]
-            urdf = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+            urdf = find_model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
             model.write_text(urdf.replace("</robot>", "".join((*frames, "</robot>"))), encoding="utf-8")
             overrides = [] if self.body == "omnidirectional" and "axis" in self.lidars else [f"robot.model={model}"]
             scenario = parse_scenario(text, name="arrays", method=self.method, overrides=overrides)

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from drake_starnav.evaluation.report.figures import OBSTACLES, svg
+from drake_starnav.evaluation.report.figures import OBSTACLES, render_svg
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import load_scenario
@@ -16,7 +16,7 @@ from drake_starnav.navigation.robot import robot_world
 from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.visualization.world_figure import draw_world, new_figure
+from drake_starnav.visualization.world_figure import draw_world, make_figure
 
 SIDE_BY_SIDE = ("dsm", "foa", "foa_roadmap", "star_paper", "star", "grid_astar")
 """Methods of Fig. 6: the paper's four from left to right, and two of ours."""
@@ -33,14 +33,14 @@ SPEEDS = {"desired": "#D55E00", "certified": "#0072B2", "driven": "0.2"}
 def draw_figures(results: Results, folder: Path) -> None:
     """Draw Fig. 6 and 7 into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "trajectories.svg").write_text(svg(trajectories(results)), encoding="utf-8")
-    (folder / "dead_end.svg").write_text(svg(dead_end()), encoding="utf-8")
+    (folder / "trajectories.svg").write_text(render_svg(trajectories(results)), encoding="utf-8")
+    (folder / "dead_end.svg").write_text(render_svg(dead_end()), encoding="utf-8")
 
 
 def trajectories(results: Results) -> Any:
     """Fig. 6: the paths of the first trials, a row for each world and a panel for each method."""
     methods = [method for method in SIDE_BY_SIDE if method in results.methods]
-    figure = new_figure(1.7 * len(results.scenarios))
+    figure = make_figure(1.7 * len(results.scenarios))
     grid = figure.subplots(len(results.scenarios), len(methods), squeeze=False)
     for scenario, row in zip(results.scenarios, grid, strict=True):
         for method, axes in zip(methods, row, strict=True):
@@ -108,7 +108,7 @@ def dead_end() -> Any:
     sides = sorted(world.polygons[k][:, 0].mean() for k in (2, 6))
     front, back = world.polygons[1][:, 1].max(), world.polygons[5][:, 1].mean()
     inside = (sides[0] < x) & (x < sides[1]) & (front < y) & (y < back)
-    figure = new_figure(3.6)
+    figure = make_figure(3.6)
     room, speeds, certificate = figure.subplots(1, 3, width_ratios=(0.8, 2.0, 2.0))
     draw_world(room, world, OBSTACLES)
     room.plot(x, y, color="#0072B2")

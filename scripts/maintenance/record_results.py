@@ -11,12 +11,18 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_starnav.cli.options import exit_code
+from drake_starnav.cli.options import run_for_exit_code
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report.results import Results, read_results
-from drake_starnav.evaluation.report.tables import tables_markdown
-from drake_starnav.evaluation.summary import Summary, compare, markdown_table, number, summarise
-from drake_starnav.utils.files import replacing
+from drake_starnav.evaluation.report.tables import format_tables_markdown
+from drake_starnav.evaluation.summary import (
+    Summary,
+    compare_trials,
+    format_markdown_table,
+    format_number,
+    summarize_records,
+)
+from drake_starnav.utils.files import replace_file
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks" / "results"
@@ -32,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", nargs="*", type=Path, help="files that benchmark.py --json wrote; they replace the old")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a text is out of date")
     options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: record(options))
+    return run_for_exit_code(parser.prog, lambda: record(options))
 
 
 def record(options: argparse.Namespace) -> int:
@@ -64,7 +70,7 @@ def store(files: Sequence[Path]) -> None:
         copies[path.name] = data[: data.rfind(b"\n") + 1]
     FOLDER.mkdir(parents=True, exist_ok=True)
     for name, data in copies.items():
-        with replacing(FOLDER / name) as temporary:
+        with replace_file(FOLDER / name) as temporary:
             temporary.write_bytes(data)
     for path in stored():
         if path.name not in copies:
@@ -93,30 +99,30 @@ def environment(results: Results) -> str:
     kept = ("versions", "machine", "seed", "overrides")
     entries = [
         {"command": command, **{name: header[name] for name in kept}}
-        for command, header in zip(results.commands(), results.headers, strict=True)
+        for command, header in zip(results.list_commands(), results.headers, strict=True)
     ]
     return json.dumps(entries, indent=2) + "\n"
 
 
 def summary(results: Results) -> str:
     """The report's tables as a Markdown page."""
-    commands = "\n".join(f"    {command}" for command in results.commands())
-    return f"# Results of the last full run\n\n{commands}\n\n{tables_markdown(results)}\n"
+    commands = "\n".join(f"    {command}" for command in results.list_commands())
+    return f"# Results of the last full run\n\n{commands}\n\n{format_tables_markdown(results)}\n"
 
 
 def readme_section(results: Results) -> str:
     """The section of README: a row for each of `README_METHODS` that was run."""
-    summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
+    summaries = {(s.scenario, s.method): s for s in summarize_records(results.records)}
     methods = [method for method in README_METHODS if method in results.methods]
     head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "collisions",
             "path / shortest")  # fmt: skip
-    return markdown_table(head, [_readme_row(method, results.scenarios, summaries) for method in methods])
+    return format_markdown_table(head, [_readme_row(method, results.scenarios, summaries) for method in methods])
 
 
 def benchmark_section(results: Results) -> str:
     """The section of docs/benchmark.md: the commands of the run, and the results of all methods."""
-    summaries = {(s.scenario, s.method): s for s in summarise(results.records)}
-    commands = "\n".join(results.commands())
+    summaries = {(s.scenario, s.method): s for s in summarize_records(results.records)}
+    commands = "\n".join(results.list_commands())
     return "\n\n".join(
         (
             f"On {results.headers[0]['machine']['processor']} by",
@@ -134,7 +140,7 @@ def _readme_row(method: str, scenarios: Sequence[str], summaries: dict[tuple[str
         method,
         *(counts.get(scenario, "-") for scenario in scenarios),
         str(sum(case.failures.get("collision", 0) for case in cases)),
-        ", ".join(number(case.path_mean, 2) for case in cases),
+        ", ".join(format_number(case.path_mean, 2) for case in cases),
     )
 
 
@@ -146,10 +152,12 @@ def _methods_table(results: Results, summaries: dict[tuple[str, str], Summary]) 
         for scenario in results.scenarios:
             s = summaries.get((scenario, method))
             rates.append(f"{100.0 * s.reached / s.trials:.1f} %" if s and s.trials else "-")
-        pair = compare([r for r in results.records if r["method"] == method], first)
-        rows.append((method, *rates, number(pair.time_ratio, 1, 100.0), number(pair.path_ratio, 1, 100.0)))
+        pair = compare_trials([r for r in results.records if r["method"] == method], first)
+        rows.append(
+            (method, *rates, format_number(pair.time_ratio, 1, 100.0), format_number(pair.path_ratio, 1, 100.0))
+        )
     head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "time, %", "path length, %")
-    return markdown_table(head, rows)
+    return format_markdown_table(head, rows)
 
 
 def with_section(text: str, name: str, command: str, content: str) -> str:

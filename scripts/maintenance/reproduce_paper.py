@@ -16,12 +16,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drake_starnav.cli.benchmark import benchmark
-from drake_starnav.cli.options import NOT_REACHED, REACHED, exit_code
+from drake_starnav.cli.options import NOT_REACHED, REACHED, run_for_exit_code
 from drake_starnav.evaluation.report.results import Results, read_results
-from drake_starnav.evaluation.suites import SUITES, suite_table
-from drake_starnav.evaluation.summary import compare, markdown_table, number, summarise
+from drake_starnav.evaluation.suites import SUITES, make_suite_table
+from drake_starnav.evaluation.summary import compare_trials, format_markdown_table, format_number, summarize_records
 from drake_starnav.evaluation.trial_file import read_trials
-from drake_starnav.utils.files import replacing
+from drake_starnav.utils.files import replace_file
 from scripts.experiments.ablate_segments import segments_table
 from scripts.maintenance.paper_figures import draw_figures
 from scripts.maintenance.record_results import environment, stale, with_section
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--record", action="store_true", help="make the trials the project's results")
     parser.add_argument("--check", action="store_true", help="drive nothing; exit 1 if a text is out of date")
     options = parser.parse_args(arguments)
-    return exit_code(parser.prog, lambda: check() if options.check else reproduce(options))
+    return run_for_exit_code(parser.prog, lambda: check() if options.check else reproduce(options))
 
 
 def reproduce(options: argparse.Namespace) -> int:
@@ -87,7 +87,7 @@ def store(trials: int) -> None:
     for path in files(OUT):
         header, records = read_trials(path)
         kept = [header, *(record for record in records if record["trial"] < trials)]
-        with replacing(FOLDER / path.name) as temporary:
+        with replace_file(FOLDER / path.name) as temporary:
             temporary.write_text("".join(json.dumps(entry) + "\n" for entry in kept), encoding="utf-8")
 
 
@@ -105,23 +105,23 @@ def texts() -> dict[Path, str]:
 
 def table(results: Results) -> str:
     """Table I with all figures, Markdown."""
-    return markdown_table(*suite_table(SUITE, results.records))
+    return format_markdown_table(*make_suite_table(SUITE, results.records))
 
 
 def short_table(results: Results) -> str:
     """Success in both worlds beside the published rate, and times and paths to those of `star`, Markdown."""
-    found = {(s.scenario, s.method): s for s in summarise(results.records)}
+    found = {(s.scenario, s.method): s for s in summarize_records(results.records)}
     rows = []
     for method in results.methods:
         cells = []
         for scenario in (name for name in WORLDS if name in results.scenarios):
             case, paper = found.get((scenario, method)), SUITE.published.get((scenario, method))
             ran = case is not None and case.trials > 0
-            ratio = compare(results.of(scenario, method), results.of(scenario, "star"))
+            ratio = compare_trials(results.of(scenario, method), results.of(scenario, "star"))
             cells += [
                 f"{case.reached} of {case.trials}" if case is not None and ran else "-",
-                number(paper.success_percent if paper else None, 1),
-                f"{number(ratio.time_ratio, 0, 100.0)} / {number(ratio.path_ratio, 0, 100.0)}",
+                format_number(paper.success_percent if paper else None, 1),
+                f"{format_number(ratio.time_ratio, 0, 100.0)} / {format_number(ratio.path_ratio, 0, 100.0)}",
             ]
         rows.append((method, *cells))
     head = [
@@ -130,7 +130,7 @@ def short_table(results: Results) -> str:
         if name in results.scenarios
         for text in (f"{WORLDS[name]}: reached", "paper, %", "TTR / PLR to star, %")
     ]
-    return markdown_table(("method", *head), rows)
+    return format_markdown_table(("method", *head), rows)
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SECTIONS, Scenario
-from drake_starnav.scenario.shipped import METHODS, method_settings
+from drake_starnav.scenario.shipped import METHODS, read_method_settings
 from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.monitors import CollisionMonitor
@@ -205,7 +205,7 @@ def method_rows() -> list[Row]:
     """One row (parameter, default, value by method...) for each parameter that some method sets; else it is empty."""
     keys = [
         (section, key)
-        for sections in map(method_settings, METHODS)
+        for sections in map(read_method_settings, METHODS)
         for section, values in sections.items()
         for key in values
     ]
@@ -214,7 +214,7 @@ def method_rows() -> list[Row]:
         default = getattr(SECTIONS[section](), key)
         own = [
             f"`{yaml_text(s[section][key])}`" if key in s.get(section, {}) else ""
-            for s in map(method_settings, METHODS)
+            for s in map(read_method_settings, METHODS)
         ]
         rows.append((f"`{section}.{key}`", f"`{yaml_text(default)}`", *own))
     return rows

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.baselines.baseline_step import BaselineInput, baseline_step
+from drake_starnav.baselines.baseline_step import BaselineInput, step_baseline
 from drake_starnav.baselines.dsm_circles import DsmBaseline
 from drake_starnav.baselines.dwa import DwaBaseline
 from drake_starnav.baselines.foa import FoaBaseline
-from drake_starnav.baselines.known_obstacles import KnownObstacles, known_obstacles
+from drake_starnav.baselines.known_obstacles import KnownObstacles, make_known_obstacles
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, limited_twist
 
@@ -34,13 +34,13 @@ def hits(position: np.ndarray) -> np.ndarray:
 def drive(settings, goal, *, target=None, post=False, seconds=12.0, pose=(0.0, 0.0, 0.0)):
     """Twists and poses of a robot that follows every twist."""
     pose, twist = np.array(pose, dtype=float), np.zeros(2)
-    obstacles = known_obstacles(POST, None, ROBOT.radius) if post else KnownObstacles.none()
+    obstacles = make_known_obstacles(POST, None, ROBOT.radius) if post else KnownObstacles.none()
     twists, poses = [twist], [pose]
     for _ in range(round(seconds / PERIOD)):
         points = hits(pose[:2]) if post else np.zeros((0, 2))
         aim = np.array(goal if target is None else target)
         inputs = BaselineInput(pose, twist, aim, np.array(goal), points, obstacles, ROBOT)
-        desired, direction = baseline_step(inputs, settings)
+        desired, direction = step_baseline(inputs, settings)
         twist = limited_twist(twist, desired, ROBOT, PERIOD)
         assert np.hypot(*direction) == pytest.approx(1.0) or not direction.any()
         heading = pose[2] + 0.5 * twist[1] * PERIOD

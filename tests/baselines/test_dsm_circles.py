@@ -5,7 +5,7 @@ from drake_starnav.baselines import dsm_circles
 from tests.helpers.arrays import taking_lists
 from tests.helpers.reference_vectors import COUNT, RESULTS, TOLERANCE, reference_case
 
-dsm_velocity = taking_lists(dsm_circles.dsm_velocity)
+dsm_velocity = taking_lists(dsm_circles.compute_dsm_velocity)
 
 
 @pytest.mark.parametrize("position", [(0.0, 0.0), (0.1, 0.0), (0.5, 0.0)])

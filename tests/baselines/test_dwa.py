@@ -10,7 +10,7 @@ from drake_starnav.baselines.dwa import PERIOD, DwaBaseline
 from drake_starnav.robot import RobotParameters
 from tests.helpers.arrays import taking_lists
 
-dwa_twist = taking_lists(dwa.dwa_twist)
+dwa_twist = taking_lists(dwa.choose_dwa_twist)
 ROBOT = RobotParameters()
 MARGIN = DwaBaseline.margin
 NOTHING = np.zeros((0, 2))

@@ -5,8 +5,8 @@ from drake_starnav.baselines import foa
 from tests.helpers.arrays import taking_lists
 from tests.helpers.reference_vectors import COUNT, RESULTS, TOLERANCE, reference_case
 
-foa_velocity = taking_lists(foa.foa_velocity)
-foa_cluster_velocity = taking_lists(foa.foa_cluster_velocity)
+foa_velocity = taking_lists(foa.compute_foa_velocity)
+foa_cluster_velocity = taking_lists(foa.compute_foa_cluster_velocity)
 BOTH = pytest.mark.parametrize("function", [foa_velocity, foa_cluster_velocity])
 RADIUS = 0.2
 

@@ -4,20 +4,20 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.benchmark import report, world_numbers
+from drake_starnav.cli.benchmark import parse_world_numbers, report
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.trial_file import TrialFile
 from tests.helpers.trials import made_up
 
 
 def test_world_numbers_are_ascending_and_unique() -> None:
-    assert world_numbers("7, 3,20-22,21") == [3, 7, 20, 21, 22]
+    assert parse_world_numbers("7, 3,20-22,21") == [3, 7, 20, 21, 22]
 
 
 @pytest.mark.parametrize("text", ["", "a", "3-1", "1-", "-1", "0-100000"])
 def test_other_texts_are_refused(text: str) -> None:
     with pytest.raises(StarnavError, match="--worlds .* allowed: "):
-        world_numbers(text)
+        parse_world_numbers(text)
 
 
 def test_a_report_has_tables_figures_and_a_page(tmp_path: Path, capsys) -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drake_starnav.cli.drive import calibrate, drive, made, replay, warm
+from drake_starnav.cli.drive import calibrate, drive, make_imported, replay, warm
 from drake_starnav.errors import StarnavError
 
 ROBOT = "tests.helpers.bare_robot:BareRobot"
@@ -45,10 +45,10 @@ def test_what_is_refused(arguments, said, capsys) -> None:
 
 
 def test_options_are_json_or_text() -> None:
-    made_of = made("builtins:dict", ["a=1", "b=[2, 3]", "c=text"])
+    made_of = make_imported("builtins:dict", ["a=1", "b=[2, 3]", "c=text"])
     assert made_of == {"a": 1, "b": [2, 3], "c": "text"}
     with pytest.raises(StarnavError, match="robot ros: Empty module name|allowed: module:function"):
-        made("ros", [])
+        make_imported("ros", [])
 
 
 @pytest.mark.slow

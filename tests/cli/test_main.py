@@ -14,7 +14,7 @@ from drake_starnav.cli.record import record
 from drake_starnav.cli.show import show_world
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
-from drake_starnav.scenario.shipped import METHODS, scenario_names
+from drake_starnav.scenario.shipped import METHODS, list_scenario_names
 from drake_starnav.utils.compilation import COMPILING
 from drake_starnav.worlds import WORLD_KINDS
 
@@ -160,7 +160,7 @@ def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path
 def test_listing_names_every_command_scenario_method_and_world(arguments, capsys) -> None:
     assert main(arguments) == 0
     printed = capsys.readouterr().out
-    for name in (*MODULES, *scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
+    for name in (*MODULES, *list_scenario_names(), *METHODS, *(f"!{kind}" for kind in WORLD_KINDS)):
         assert re.search(rf"(^|\W){re.escape(name)}(\W|$)", printed), name
 
 

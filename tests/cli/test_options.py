@@ -11,10 +11,10 @@ import pytest
 from drake_starnav.cli.options import (
     BAD_INPUT,
     INTERRUPTED,
-    exit_code,
-    plain_warnings,
-    program_name,
-    typed_command,
+    find_program_name,
+    format_typed_command,
+    format_warnings_plainly,
+    run_for_exit_code,
 )
 from drake_starnav.errors import StarnavError
 
@@ -24,14 +24,14 @@ def raising(error: BaseException) -> int:
 
 
 def test_bad_input_and_interruption_are_reported_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
-    assert exit_code("name", lambda: raising(KeyboardInterrupt("half is kept"))) == INTERRUPTED
+    assert run_for_exit_code("name", lambda: raising(StarnavError("x is 1; allowed: 2"))) == BAD_INPUT
+    assert run_for_exit_code("name", lambda: raising(KeyboardInterrupt("half is kept"))) == INTERRUPTED
     assert capsys.readouterr().err == "name: x is 1; allowed: 2\nname: interrupted; half is kept\n"
 
 
 def test_a_warning_for_the_user_is_a_line_without_code() -> None:
     before = warnings.formatwarning
-    with plain_warnings("name"):
+    with format_warnings_plainly("name"):
         held = warnings.formatwarning("held still:\narm", UserWarning, "file.py", 7)
         assert held == "name: warning: held still:\\narm\n"
         assert warnings.formatwarning("held still:\narm", UserWarning, "other.py", 9) == ""  # it has been said
@@ -45,7 +45,7 @@ def test_a_warning_for_the_user_is_a_line_without_code() -> None:
 )
 def test_the_program_has_the_name_it_was_called_by(called: str, program: str, monkeypatch) -> None:
     monkeypatch.setattr(sys, "argv", [called, "forest"])
-    assert program_name() == program
+    assert find_program_name() == program
 
 
 @pytest.mark.parametrize(
@@ -57,12 +57,13 @@ def test_the_program_has_the_name_it_was_called_by(called: str, program: str, mo
 )
 def test_a_command_line_is_known_as_it_was_typed(called: str, prog: str, typed: str, monkeypatch) -> None:
     monkeypatch.setattr("sys.argv", [called])
-    assert typed_command(prog, ["forest", "--html", "my page.html"]) == typed
+    assert format_typed_command(prog, ["forest", "--html", "my page.html"]) == typed
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:
-    code = "import sys\nfrom drake_starnav.cli.options import exit_code\n"
-    code += "def work():\n    for _ in range(100_000): print('a line')\n    return 0\nsys.exit(exit_code('x', work))"
+    code = "import sys\nfrom drake_starnav.cli.options import run_for_exit_code\n"
+    code += "def work():\n    for _ in range(100_000): print('a line')\n    return 0\n"
+    code += "sys.exit(run_for_exit_code('x', work))"
     done = subprocess.run(
         ["bash", "-c", '"$0" -c "$1" | head -1; echo ${PIPESTATUS[0]}', sys.executable, code],
         capture_output=True, text=True, check=True,

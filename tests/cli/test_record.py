@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from drake_starnav.cli.benchmark import benchmark
-from drake_starnav.cli.record import chosen_run, record
+from drake_starnav.cli.record import choose_run, record
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.utils.compilation import COMPILING
 
@@ -75,7 +75,7 @@ def test_a_trial_in_a_numbered_world_is_repeated_in_that_world(tmp_path: Path) -
         arguments = argparse.Namespace(
             run=str(path), line=line, method=None, seed=None, overrides=[], compare=None, log=None
         )
-        assert chosen_run(arguments).scenarios["star"].world.id == world
+        assert choose_run(arguments).scenarios["star"].world.id == world
 
 
 def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:

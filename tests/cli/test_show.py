@@ -5,7 +5,7 @@ import re
 import pytest
 
 from drake_starnav.cli.show import margins
-from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, error_budget
+from drake_starnav.scenario.error_budget import SYMBOLS, TERMS, evaluate_error_budget
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 
@@ -17,7 +17,7 @@ def test_each_term_that_counts_is_printed_and_they_add_up(capsys) -> None:
     terms, symbols, derived = capsys.readouterr().out.rstrip("\n").split("\n\n")
     *rows, others, last, thinnest = re.findall(r"^ *([\d.]+) mm  (.*)$", terms, re.MULTILINE)
     scenario = load_scenario("maze", overrides=CHANGES)
-    counting = [term for term, value in zip(TERMS, error_budget(scenario).terms, strict=True) if value > 0.0]
+    counting = [term for term, value in zip(TERMS, evaluate_error_budget(scenario).terms, strict=True) if value > 0.0]
     assert [text for _, text in rows] == [f"{term.text}: {term.meaning}" for term in counting]
     assert others == ("0.00", f"the other {len(TERMS) - len(counting)} terms that SAFETY.md lists")
     kept = derive_margins(scenario)

@@ -10,7 +10,7 @@ import pytest
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation import cluster
-from drake_starnav.evaluation.cluster import dask_pool
+from drake_starnav.evaluation.cluster import connect_dask_pool
 
 pytestmark = pytest.mark.slow
 
@@ -49,9 +49,9 @@ def test_no_dask_at_the_address_is_reported_and_nothing_is_lost(address, tiny: P
 
 
 def test_workers_of_other_versions_are_refused(two_workers, monkeypatch) -> None:
-    monkeypatch.setattr(cluster, "versions", lambda: {"source": str(os.getpid())})
+    monkeypatch.setattr(cluster, "find_versions", lambda: {"source": str(os.getpid())})
     with (
         pytest.raises(StarnavError, match=f"source [0-9]+, here {os.getpid()}"),
-        dask_pool(two_workers.scheduler_address),
+        connect_dask_pool(two_workers.scheduler_address),
     ):
         pass

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.jobs import Case, Job, check_worlds, make_cases, make_jobs, run_job, trial_seed
+from drake_starnav.evaluation.jobs import Case, Job, check_worlds, derive_trial_seed, make_cases, make_jobs, run_job
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 
 
 def test_seeds_are_the_same_for_good() -> None:
-    assert [trial_seed(1000, k) for k in range(3)] == [1484808508, 3739256933, 2822786858]
+    assert [derive_trial_seed(1000, k) for k in range(3)] == [1484808508, 3739256933, 2822786858]
 
 
 @given(st.integers(1, 20), st.integers(1, 20), st.integers(1, 3))
@@ -29,7 +29,7 @@ def test_trials_do_not_depend_on_how_many_there_are(few: int, more: int, kinds: 
 def test_worlds_number_the_trials() -> None:
     case = Case("barn", "star", "")
     jobs = make_jobs([case], [4, 7], 9, {("barn", "star", 7)})
-    assert jobs == [Job(case, 4, trial_seed(9, 4), in_world=True)]
+    assert jobs == [Job(case, 4, derive_trial_seed(9, 4), in_world=True)]
     (job,) = make_jobs(make_cases(["barn"], ["star"], ["simulation.timeout=0.1"]), [3], 0)
     record = run_job(job)
     assert (record["trial"], record["outcome"], record["score"]) == (3, "timeout", 0.0)

@@ -5,7 +5,7 @@ import pytest
 from drake_starnav.baselines import BASELINES
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.evaluation.jobs import make_cases
-from drake_starnav.evaluation.suites import SUITES, Published, Suite, suite_table
+from drake_starnav.evaluation.suites import SUITES, Published, Suite, make_suite_table
 from tests.evaluation.test_summary import record
 
 OF_OWN_SPEED = ("dsm", "foa", "foa_cluster", "foa_roadmap")
@@ -57,14 +57,14 @@ def test_our_figures_stand_beside_the_published_ones() -> None:
         record(1, "collision", method="foa"),
         {"scenario": "forest", "method": "dsm", "trial": 0, "seed": 0, "outcome": "unsupported"},
     ]
-    rows = by_case(suite_table(suite, records)[1])
+    rows = by_case(make_suite_table(suite, records)[1])
     assert rows["forest", "star"][4:6] == ["100.0 (2)", "-"]
     assert rows["forest", "foa"] == [
         "2", "50.0 % (9.5 to 90.5)", "20.7", "1 collision", "150.0 (1)", "99.6", "120.0 (1)", "109.9", "0.020 / 0.050",
         "-",
     ]  # fmt: skip
     assert rows["forest", "dsm"] == ["0", "-", "-", "1 unsupported", "-", "-", "-", "-", "- / -", "-"]
-    head, both = suite_table(suite, records, ("star", "foa"))
+    head, both = make_suite_table(suite, records, ("star", "foa"))
     assert head[6:8] == ("TTR % to star", "TTR % to foa")
     assert [row[6:8] for row in both[:2]] == [("100.0 (2)", "66.7 (1)"), ("150.0 (1)", "100.0 (1)")]
 

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 from drake_starnav.evaluation.summary import (
-    by_robot,
-    compare,
-    cost_table,
-    markdown_table,
-    median_interval,
-    outcome_table,
-    summarise,
-    wilson_interval,
+    compare_trials,
+    compute_median_interval,
+    compute_wilson_interval,
+    format_markdown_table,
+    make_cost_table,
+    make_outcome_table,
+    split_by_robot,
+    summarize_records,
 )
 
 
 def tables_of(summaries) -> str:
     """The tables of outcomes and of costs, as Markdown."""
-    return f"{markdown_table(*outcome_table(summaries))}\n\n{markdown_table(*cost_table(summaries))}"
+    return "\n\n".join(format_markdown_table(*table(summaries)) for table in (make_outcome_table, make_cost_table))
 
 
 def record(trial: int, outcome: str = "reached", **fields) -> dict:
@@ -38,9 +38,9 @@ def test_summary_of_a_case() -> None:
         record(3, "timeout", time_s=168.0),
         {"scenario": "forest", "method": "star", "trial": 4, "seed": 4, "outcome": "error", "message": "no world"},
     ]
-    (summary,) = summarise(records)
+    (summary,) = summarize_records(records)
     assert (summary.trials, summary.reached) == (5, 2)
-    assert summary.interval == wilson_interval(2, 5)
+    assert summary.interval == compute_wilson_interval(2, 5)
     assert summary.failures == {"collision": 1, "timeout": 1, "unreachable": 0, "error": 1}
     assert (summary.path_mean, summary.path_median) == (pytest.approx(1.5), pytest.approx(1.5))
     assert summary.path_p95 == pytest.approx(1.2 + 0.95 * 0.6)
@@ -54,7 +54,7 @@ def test_summary_of_a_case() -> None:
 def test_each_of_several_robots_has_a_row_below_that_of_all() -> None:
     robots = [record(0, robot="a", time_s=8.0), record(0, "timeout", robot="b"), record(1, robot="a", time_s=6.0)]
     trials = [record(0, "timeout", robots=robots[:2]), record(1, robots=[robots[2], record(1, robot="b")])]
-    rows = summarise(by_robot([*trials, record(0, scenario="alone")]))
+    rows = summarize_records(split_by_robot([*trials, record(0, scenario="alone")]))
     assert [(row.scenario, row.trials, row.reached) for row in rows] == [
         ("forest", 2, 1), ("forest/a", 2, 2), ("forest/b", 2, 1), ("alone", 1, 1),
     ]  # fmt: skip
@@ -63,7 +63,7 @@ def test_each_of_several_robots_has_a_row_below_that_of_all() -> None:
 
 def test_nothing_to_tell_is_a_dash() -> None:
     error = {"scenario": "maze", "method": "star", "trial": 0, "seed": 0, "outcome": "error", "message": "no world"}
-    (summary,) = summarise([error])
+    (summary,) = summarize_records([error])
     assert summary.path_mean is summary.time_s is summary.speed_mps is summary.wall_ratio is None
     tables = tables_of([summary])
     assert "0.0 % (0.0 to 79.3)" in tables
@@ -72,22 +72,24 @@ def test_nothing_to_tell_is_a_dash() -> None:
 
 def test_score_is_the_mean_over_all_trials_of_a_benchmark() -> None:
     error = {"scenario": "forest", "method": "star", "trial": 2, "seed": 2, "outcome": "error", "message": "no world"}
-    (summary,) = summarise([record(0, score=0.5), record(1, "collision", score=0.0), error, record(3, score=0.25)])
+    (summary,) = summarize_records(
+        [record(0, score=0.5), record(1, "collision", score=0.0), error, record(3, score=0.25)]
+    )
     assert summary.score == pytest.approx(0.75 / 4)
     assert "| score  |" in tables_of([summary])
     assert "0.1875" in tables_of([summary])
-    (summary,) = summarise([record(0, score=None), record(1)])
+    (summary,) = summarize_records([record(0, score=None), record(1)])
     assert summary.score is None
     assert "score" not in tables_of([summary])
 
 
 def test_unsupported_trials_are_counted_apart() -> None:
     unsupported = {"scenario": "forest", "method": "star", "trial": 1, "seed": 1, "outcome": "unsupported"}
-    (summary,) = summarise([record(0), unsupported, record(2, "timeout")])
+    (summary,) = summarize_records([record(0), unsupported, record(2, "timeout")])
     assert (summary.trials, summary.reached) == (2, 1)
-    assert summary.interval == wilson_interval(1, 2)
+    assert summary.interval == compute_wilson_interval(1, 2)
     assert summary.failures["unsupported"] == 1
-    (never,) = summarise([unsupported])
+    (never,) = summarize_records([unsupported])
     assert (never.trials, never.interval) == (0, (0.0, 1.0))
     assert "| unsupported" in tables_of([summary, never])
 
@@ -95,28 +97,28 @@ def test_unsupported_trials_are_counted_apart() -> None:
 def test_comparison_uses_trials_that_both_reached() -> None:
     ours = [record(0, time_s=30.0), record(1, "timeout", time_s=500.0), record(2), record(3)]
     reference = [record(0), record(1), record(2, "collision"), record(3, path_length_m=3.0)]
-    result = compare(ours, reference)
+    result = compare_trials(ours, reference)
     assert result.trials == 2 and result.time is not None and result.path is not None
     assert (result.time.mean, result.time.of_sums) == (pytest.approx(2.0), pytest.approx(2.0))
     assert (result.path.mean, result.path.of_sums) == (pytest.approx(1.5), pytest.approx(12.0 / 9.0))
-    assert compare(ours[1:2], reference).time is None
+    assert compare_trials(ours[1:2], reference).time is None
     other_world = [record(0, scenario="maze")]
-    assert compare(other_world, reference).trials == 0
+    assert compare_trials(other_world, reference).trials == 0
 
 
 def test_success_is_compared_on_the_trials_in_which_one_method_alone_reached() -> None:
     unsupported = record(9, "unsupported")
     ours = [*map(record, range(9)), unsupported]
     theirs = [record(k, "reached" if k < 3 else "timeout") for k in range(10)]
-    result = compare(ours, theirs)
+    result = compare_trials(ours, theirs)
     assert (result.trials, result.reached_alone, result.other_reached_alone) == (3, 6, 0)
     assert result.success_p_value == pytest.approx(2 * 0.5**6)
-    assert compare(theirs, ours).success_p_value == result.success_p_value
-    assert compare(ours, ours).success_p_value == 1.0
+    assert compare_trials(theirs, ours).success_p_value == result.success_p_value
+    assert compare_trials(ours, ours).success_p_value == 1.0
 
 
 def test_table_is_markdown() -> None:
-    assert markdown_table(("a", "bcd"), [("100", "2")]) == "| a   | bcd |\n| --- | --- |\n| 100 | 2   |"
+    assert format_markdown_table(("a", "bcd"), [("100", "2")]) == "| a   | bcd |\n| --- | --- |\n| 100 | 2   |"
 
 
 OUTLIERS = {
@@ -137,18 +139,18 @@ def test_the_interval_holds_its_level_for_few_pairs_with_outliers(count: int, sh
         return rng.lognormal(0.0, 0.1, shape) * np.where(rng.random(shape) < share, factor, 1.0)
 
     truth = np.median(ratios((200_000,)))
-    intervals = [median_interval(sample) for sample in ratios((samples, count))]
+    intervals = [compute_median_interval(sample) for sample in ratios((samples, count))]
     assert all(low <= value <= high for value, low, high in intervals)
     held = sum(low <= truth <= high for _, low, high in intervals)
     assert held >= 0.95 * samples - 3.0 * np.sqrt(0.05 * 0.95 * samples)
 
 
 def test_an_outlier_does_not_stretch_the_interval_beyond_the_sample() -> None:
-    value, low, high = median_interval([1.05, 1.03, 0.94, 1.0, 2.72, 1.02])
+    value, low, high = compute_median_interval([1.05, 1.03, 0.94, 1.0, 2.72, 1.02])
     assert (value, low, high) == (pytest.approx(1.025), 0.94, 2.72)
 
 
 @pytest.mark.parametrize("count", range(1, 6))
 def test_fewer_than_six_pairs_have_no_interval(count: int) -> None:
-    value, low, high = median_interval([1.0] * count)
+    value, low, high = compute_median_interval([1.0] * count)
     assert value == 1.0 and np.isnan(low) and np.isnan(high)

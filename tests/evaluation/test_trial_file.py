@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.evaluation.jobs import Case, error_record, make_jobs
+from drake_starnav.evaluation.jobs import Case, make_error_record, make_jobs
 from drake_starnav.evaluation.trial_file import TrialFile, make_header, read_trials
 from tests.helpers.trials import record
 
 CASES = [Case("forest", "star", "world: !Forest {}\nrobot: {radius: 0.25}\n")]
 HEADER = make_header(CASES, seed=3)
-RECORDS = [error_record(job, "for the test") for job in make_jobs(CASES, 3, 3)]
+RECORDS = [make_error_record(job, "for the test") for job in make_jobs(CASES, 3, 3)]
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from drake_starnav.cli.simulate import simulate
 from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.trial_file import read_trials
-from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, local_pool, local_processes, run_jobs
+from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, make_local_pool, run_jobs, start_local_processes
 
 pytestmark = pytest.mark.slow
 
@@ -67,7 +67,7 @@ def test_a_crash_costs_a_retry(deadly: dict[int, int], errors: set[int], in_flig
 
 
 def test_local_processes_have_one_thread_and_leave_nothing_behind() -> None:
-    with local_processes(1) as executor:
+    with start_local_processes(1) as executor:
         assert executor.submit(os.getpid).result() != os.getpid()
         assert [executor.submit(os.getenv, name).result() for name in THREAD_VARIABLES] == ["1"] * len(THREAD_VARIABLES)
     assert not multiprocessing.active_children()
@@ -78,7 +78,7 @@ def test_a_killed_worker_costs_only_a_retry() -> None:
     text = "world: !Obstacles {goal: [1.0, 0.0]}\n"
     jobs = [Job(Case("empty", "star", text), k, k) for k in range(4)]
     records = []
-    for record in run_jobs(jobs, local_pool(1)):
+    for record in run_jobs(jobs, make_local_pool(1)):
         if not records:
             multiprocessing.active_children()[0].kill()
         records.append(record)

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import (
     Footprint,
-    covered,
     disc,
+    find_covered_area,
     footprint,
-    protrusion,
+    measure_protrusion,
 )
 
 SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
@@ -24,8 +24,8 @@ corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def contains(outer: Footprint, inner: Footprint) -> bool:
     """Whether one footprint lies inside another."""
     if inner.is_disc:
-        return protrusion(outer, np.zeros((1, 2)), inner.radius) < 1e-6
-    return all(protrusion(outer, part) < 1e-6 for part in inner.parts)
+        return measure_protrusion(outer, np.zeros((1, 2)), inner.radius) < 1e-6
+    return all(measure_protrusion(outer, part) < 1e-6 for part in inner.parts)
 
 
 @pytest.mark.parametrize("middle", [(0.0, 0.2), (0.0, 0.2000001), (0.1, 0.1999), (0.0, 0.1991), (0.3, 0.2)])
@@ -51,12 +51,12 @@ def test_discs_cover_every_convex_polygon(points):
 def test_a_disc_is_one_disc_and_turns_on_the_spot():
     shape = disc(0.3)
     assert (shape.cover_radius, shape.radius, shape.lever, len(shape.cover)) == (0.3, 0.3, 0.0, 1)
-    assert covered(shape, np.array((1.0, 2.0, 3.0))).area == pytest.approx(math.pi * 0.09, rel=0.01)
+    assert find_covered_area(shape, np.array((1.0, 2.0, 3.0))).area == pytest.approx(math.pi * 0.09, rel=0.01)
 
 
 def test_a_union_covers_what_its_parts_do():
     shape = footprint((SQUARE, ((0.2, 0.0), (0.5, 0.0), (0.5, 0.1), (0.2, 0.1))))
-    assert covered(shape, np.array((0.0, 0.0, 1.0))).area == pytest.approx(0.16 + 0.03)
+    assert find_covered_area(shape, np.array((0.0, 0.0, 1.0))).area == pytest.approx(0.16 + 0.03)
     assert list(shape.polygons.ends) == [4, 8]
     assert shapely.Polygon(shape.outline).area > 0.19
 
@@ -109,5 +109,5 @@ def test_what_spans_a_notch_sticks_out_between_its_corners() -> None:
                       ((0.0, 0.1), (0.5, 0.1), (0.5, 0.3), (0.0, 0.3)),
                       ((0.0, -0.3), (0.5, -0.3), (0.5, -0.1), (0.0, -0.1))))  # fmt: skip
     across = np.array(((0.4, 0.2), (0.41, 0.2), (0.41, -0.2), (0.4, -0.2)))
-    assert protrusion(fork, across) == pytest.approx(0.1, abs=2e-4)
-    assert protrusion(fork, across[:1], 0.05) == 0.0
+    assert measure_protrusion(fork, across) == pytest.approx(0.1, abs=2e-4)
+    assert measure_protrusion(fork, across[:1], 0.05) == 0.0

@@ -7,19 +7,19 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drake_starnav.geometry.polyline import (
-    distance_to_segment,
+    compute_third_side,
     measure_arc_lengths,
+    measure_segment_distance,
     resample_polyline,
     simplify_polyline,
     subdivide_polyline,
-    third_side,
 )
 
 LINES = st.integers(1, 30).flatmap(lambda n: arrays(float, (n, 2), elements=st.floats(-10.0, 10.0, width=32)))
 
 
 def distance_to_line(points: np.ndarray, line: np.ndarray) -> np.ndarray:
-    return np.min([distance_to_segment(points, a, b) for a, b in zip(line, line[1:], strict=False)], axis=0)
+    return np.min([measure_segment_distance(points, a, b) for a, b in zip(line, line[1:], strict=False)], axis=0)
 
 
 @given(LINES, st.floats(0.0, 3.0))
@@ -67,6 +67,6 @@ def test_arc_lengths_are_those_up_to_each_point() -> None:
 
 
 def test_a_chord_is_the_distance_between_the_ends_of_two_beams():
-    assert third_side(3.0, 4.0, 0.0) == pytest.approx(5.0)
-    assert third_side(2.0, 2.0, 1.0) == 0.0
-    assert third_side(1.0, 2.0, -1.0) == pytest.approx(3.0)
+    assert compute_third_side(3.0, 4.0, 0.0) == pytest.approx(5.0)
+    assert compute_third_side(2.0, 2.0, 1.0) == 0.0
+    assert compute_third_side(1.0, 2.0, -1.0) == pytest.approx(3.0)

@@ -13,10 +13,10 @@ from drake_starnav.geometry.trajectory import (
     STUCK_TIME,
     Motion,
     compute_motion_metrics,
+    count_stops,
     find_least_gaps,
     select_samples,
-    stops,
-    time_stuck,
+    sum_time_stuck,
 )
 
 MOTION = Motion(np.array([1.0, 2.0, 4.0]), np.array([(0.0, 0.0, 3.0), (1.0, -1.0, -3.0), (1.0, 3.0, -3.0)]))
@@ -93,7 +93,7 @@ def test_of_a_sine(amplitude, period) -> None:
     ],
 )
 def test_stops(v, count) -> None:
-    assert stops(np.abs(v)) == count
+    assert count_stops(np.abs(v)) == count
 
 
 def test_a_robot_whose_corners_move_does_not_stop() -> None:
@@ -106,18 +106,18 @@ def test_a_robot_whose_corners_move_does_not_stop() -> None:
 def test_time_stuck() -> None:
     drive = np.column_stack((np.arange(0.0, 4.0, 0.08), np.zeros(50)))  # 0.8 m/s for 5 s
     stand = np.repeat(drive[-1:], 100, axis=0)  # 10 s
-    assert time_stuck(drive, 0.1) == 0.0
+    assert sum_time_stuck(drive, 0.1) == 0.0
     slack = STUCK_RADIUS / 0.8 + 0.1  # the way into the circle counts as well
-    assert time_stuck(np.vstack((drive, stand)), 0.1) == pytest.approx(10.0, abs=slack)
+    assert sum_time_stuck(np.vstack((drive, stand)), 0.1) == pytest.approx(10.0, abs=slack)
     again = np.vstack((drive, stand, drive + drive[-1], stand + drive[-1]))
-    assert time_stuck(again, 0.1) == pytest.approx(20.0, abs=2.0 * slack)
-    assert time_stuck(np.vstack((drive, stand[: round(0.8 * STUCK_TIME / 0.1)], drive + drive[-1])), 0.1) == 0.0
+    assert sum_time_stuck(again, 0.1) == pytest.approx(20.0, abs=2.0 * slack)
+    assert sum_time_stuck(np.vstack((drive, stand[: round(0.8 * STUCK_TIME / 0.1)], drive + drive[-1])), 0.1) == 0.0
 
 
 @pytest.mark.parametrize(("far", "stuck"), [(0.24, 9.9), (0.26, 0.0)])
 def test_to_and_fro_near_a_place_is_being_stuck_there(far: float, stuck: float) -> None:
     x = far * (np.arange(100) % 2)
-    assert time_stuck(np.column_stack((x, np.zeros(100))), 0.1) == pytest.approx(stuck)
+    assert sum_time_stuck(np.column_stack((x, np.zeros(100))), 0.1) == pytest.approx(stuck)
 
 
 def test_kept_samples_suffice_at_every_time() -> None:

@@ -15,7 +15,7 @@ from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import make_world
-from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
 
@@ -79,7 +79,7 @@ class BareRobot:
         after = np.array(pose)
         self.way += math.dist(after[:2], self.pose[:2])
         self.pose, self.twist, self.ticks = after, twist.copy(), self.ticks + 1
-        clear = body_clearance(self.world, self.pose[None], self.scenario.robot.shape)
+        clear = compute_body_clearance(self.world, self.pose[None], self.scenario.robot.shape)
         self.clearance = min(self.clearance, float(clear[0]))
 
     def close(self) -> None:

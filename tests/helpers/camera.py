@@ -7,9 +7,9 @@ from matplotlib import rc_context
 from PIL import Image
 
 from drake_starnav.visualization.page import Extent
-from drake_starnav.visualization.plot import TEXT_SIZE, moment_figure
+from drake_starnav.visualization.plot import TEXT_SIZE, draw_moment_figure
 from drake_starnav.visualization.timeline import RecordedRun
-from drake_starnav.visualization.world_figure import figure_pixels
+from drake_starnav.visualization.world_figure import render_figure
 from tests.helpers.browser import PAGE
 
 FIELD_OF_VIEW, SPARE, TALL, TILTS = 20.0, 1.04, 0.5, {"top": 0.05, "follow": 35.0, "oblique": 50.0}
@@ -75,9 +75,9 @@ def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plotted(film: RecordedRun, place: np.ndarray, picture: Image.Image) -> tuple[int, int]:
-    """Row and column at which a picture of a whole film by `moment_picture` shows a place (2,) of the floor, W, m."""
+    """Row and column at which a picture of a whole film by `draw_moment` shows a place (2,) of the floor, W, m."""
     with rc_context({"font.size": TEXT_SIZE}):
-        figure = moment_figure(film, 0.0, title=film.caption.heading)
-        figure_pixels(figure, dpi=round(picture.width / figure.get_figwidth()))
+        figure = draw_moment_figure(film, 0.0, title=film.caption.heading)
+        render_figure(figure, dpi=round(picture.width / figure.get_figwidth()))
     share = figure.transFigure.inverted().transform(figure.axes[0].transData.transform(place))
     return round((1.0 - share[1]) * picture.height), round(share[0] * picture.width)

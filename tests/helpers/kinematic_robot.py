@@ -14,7 +14,7 @@ from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
-from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.view import scan_from, visible_shapes
 from drake_starnav.worlds.world import World
 
@@ -75,7 +75,7 @@ class KinematicRobot:
             if self._ticks / self._rate >= due:
                 self.look()
         poses = np.concatenate(bursts)
-        clear = body_clearance(self._world, poses, self._actuation.footprint)
+        clear = compute_body_clearance(self._world, poses, self._actuation.footprint)
         last = int(np.argmax(clear < 0.0)) if (clear < 0.0).any() else len(poses) - 1
         self.pose, self.least = poses[last], min(self.least, float(clear[: last + 1].min()))
 

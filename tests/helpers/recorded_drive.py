@@ -25,7 +25,7 @@ from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.surroundings import Observation, make_scan_region
-from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, apply_look, quiet_meshcat
+from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, apply_look, start_quiet_meshcat
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
 from drake_starnav.visualization.page import VIEWS, Cameras, Caption, around_robot
@@ -114,7 +114,7 @@ def record(path):
     world = World("posts", (0, 0, 0), (0, 0), cylinders=POSTS)
     drive = builder.AddSystem(Replay(run_log(world, np.array([6.0, 0.0]), SPEED, DURATION), frame))
     builder.Connect(drive.GetOutputPort("geometry_pose"), graph.get_source_pose_port(source))
-    meshcat = quiet_meshcat()
+    meshcat = start_quiet_meshcat()
     apply_look(meshcat)
     parameters = RecordingParameters()
     MeshcatVisualizer.AddToBuilder(

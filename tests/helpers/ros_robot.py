@@ -9,7 +9,7 @@ import math
 import time
 
 from drake_starnav.loading import load_scenario
-from drake_starnav.runtime.ros2_base import STAMPED, TWIST, header
+from drake_starnav.runtime.ros2_base import STAMPED, TWIST, make_header
 from drake_starnav.runtime.ros2_cyclone import Cyclone
 from tests.helpers.bare_robot import BareRobot
 
@@ -44,7 +44,7 @@ def main() -> None:
     if options.mounted:
         send_mounts = ros.publish("/tf_static", "tf2_msgs/TFMessage", latched=True)
         turned = make.Transform(rotation=make.Quaternion(x=0.0, y=0.0, z=0.0, w=1.0))
-        link = make.TransformStamped(header=header(make, time.time(), "base_link"), child_frame_id="laser")
+        link = make.TransformStamped(header=make_header(make, time.time(), "base_link"), child_frame_id="laser")
         link.transform = turned
         send_mounts(make.TFMessage(transforms=[link]))
     BareRobot(scenario).drive(Told([0.0, 0.0]))  # compiles
@@ -58,7 +58,7 @@ def main() -> None:
             turn = make.Quaternion(z=math.sin(half), w=math.cos(half))
             pose = make.Pose(position=make.Point(x=row.x, y=row.y), orientation=turn)
             moved = make.Twist(linear=make.Vector3(x=row.v), angular=make.Vector3(z=row.omega))
-            message = make.Odometry(header=header(make, now, "odom"), child_frame_id="base_link")
+            message = make.Odometry(header=make_header(make, now, "odom"), child_frame_id="base_link")
             message.pose.pose, message.twist.twist = pose, moved
             send_odometry(message)
         for scan in scans:
@@ -66,13 +66,17 @@ def main() -> None:
             ranges = scan.ranges.tolist()
             send_scan(
                 make.LaserScan(
-                    header=header(make, now, "laser"), range_max=scan.range_max, scan_time=0.05, ranges=ranges, **fields
+                    header=make_header(make, now, "laser"),
+                    range_max=scan.range_max,
+                    scan_time=0.05,
+                    ranges=ranges,
+                    **fields,
                 )
             )
         if options.goal and robot.ticks % 50 == 0:
             position = make.Point(x=goal[0], y=goal[1])
             aim = make.Pose(position=position, orientation=make.Quaternion(w=0.0))
-            send_goal(make.PoseStamped(header=header(make, now, "odom"), pose=aim))
+            send_goal(make.PoseStamped(header=make_header(make, now, "odom"), pose=aim))
         for message in commands():
             found = message.twist if options.stamped else message
             twist, heard = [found.linear.x, found.angular.z], heard + 1

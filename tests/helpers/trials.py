@@ -2,7 +2,7 @@
 
 import random
 
-from drake_starnav.evaluation.jobs import make_cases, trial_seed
+from drake_starnav.evaluation.jobs import derive_trial_seed, make_cases
 from drake_starnav.evaluation.report.results import Results, make_results
 from drake_starnav.evaluation.trial_file import make_header
 
@@ -12,7 +12,7 @@ STEP = {"count": 10, "mean_s": 2e-5, "p50_s": 2e-5, "p99_s": 5e-5}
 def record(scenario: str = "forest", method: str = "star", trial: int = 0, outcome: str = "reached", **fields) -> dict:
     """A record with every field that a trial has."""
     return {
-        "trial": trial, "scenario": scenario, "method": method, "seed": trial_seed(5, trial), "outcome": outcome,
+        "trial": trial, "scenario": scenario, "method": method, "seed": derive_trial_seed(5, trial), "outcome": outcome,
         "time_s": 20.0, "path_length_m": 14.0, "shortest_path_m": 13.0, "straight_line_m": 12.0,
         "tightest_gap_m": 0.9, "min_clearance_m": 0.02, "mean_speed_mps": 0.7, "nodes": 9, "wall_s": 1.0,
         "score": None, "state_hash": "0", "command": STEP, "scan": STEP, "plan": STEP,

@@ -21,7 +21,7 @@ from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.surroundings.view_history import ViewHistory
 from drake_starnav.utils.snapshot import replace_fields
-from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.kinematic_robot import KinematicRobot
 from tests.helpers.motions import certified
@@ -66,7 +66,7 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
     world = scattered(rng, discs=14, walls=8, clear=shape.cover_radius + 0.02)
     while True:
         pose = np.array((*rng.uniform(-0.6, 0.6, 2), rng.uniform(-math.pi, math.pi)))
-        if body_clearance(world, pose[None], shape)[0] > MARGIN + 0.01:
+        if compute_body_clearance(world, pose[None], shape)[0] > MARGIN + 0.01:
             break
     limits, speeds = robot.limits, np.full(len(robot.drive.components), robot.max_speed)
     speeds[-1] = limits.max_yaw_rate
@@ -79,7 +79,7 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
     star = seen_by(world, pose, shape, rng if noise else None)
     certificate = Clear(star, MARGIN, shape)
     poses = sweep(pose, (twist, target), (delay, hold), limits)
-    return certificate.accepts(motion), float(body_clearance(world, poses, shape).min())
+    return certificate.accepts(motion), float(compute_body_clearance(world, poses, shape).min())
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_what_an_arm_hides_from_the_lidar_is_unknown_until_a_look_has_seen_it(fi
             pose, steps = motion.pose[motion.braking], steps + 1
             twist = target * min(1.0, steps * PERIOD * LIMITS.max_acceleration / 0.3)
         rest = roll_out(pose, twist, np.zeros(3), acting).pose
-        assert body_clearance(world, rest, shape).min() > 0.0
+        assert compute_body_clearance(world, rest, shape).min() > 0.0
         driven.append(steps)
     assert driven[0] < (40 if first else 1)  # one look alone has not seen what is beside the arms: it may leave that
     assert driven[1] == driven[2] == 40
@@ -265,9 +265,9 @@ def test_a_limited_view_accepts_nothing_that_touches(half: float, mount: Mount, 
         x, y, yaw = poses[-1]
         poses.append(np.array((x + 0.05 * math.cos(yaw), y + 0.05 * math.sin(yaw), yaw + 0.1 * turns)))
     world = scattered(rng, discs=14, walls=8, clear=0.1)
-    free = body_clearance(world, np.array(poses), shape).min() > MARGINS.safety + 0.01
+    free = compute_body_clearance(world, np.array(poses), shape).min() > MARGINS.safety + 0.01
     start = disc(find_initial_disc_radius(shape, MARGINS.safety, mount.x))
-    if not free or body_clearance(world, begin[None], start)[0] < 0.0:
+    if not free or compute_body_clearance(world, begin[None], start)[0] < 0.0:
         return
     star = looks_at(world, np.array(poses), shape, mount, angle_min=-half, angle_increment=2.0 * half / 719)
     certificate, most = Clear(star, MARGINS.safety, shape), np.array((LIMITS.max_speed, LIMITS.max_yaw_rate))
@@ -275,7 +275,7 @@ def test_a_limited_view_accepts_nothing_that_touches(half: float, mount: Mount, 
         twist, target = rng.uniform(-most, most) * rng.integers(0, 2), rng.uniform(-most, most)
         motion = roll_out(poses[-1], twist, target, Actuation(LIMITS, shape, 0.1, 0.0))
         if certificate.accepts(motion):
-            assert body_clearance(world, motion.pose, shape).min() > 0.0
+            assert compute_body_clearance(world, motion.pose, shape).min() > 0.0
 
 
 @pytest.mark.parametrize(

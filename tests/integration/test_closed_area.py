@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.polyline import signed_distance
+from drake_starnav.geometry.polyline import measure_signed_distance
 from drake_starnav.loading import parse_scenario
 from drake_starnav.navigation import Parts
 from drake_starnav.safety import KeepOut
-from drake_starnav.scenario.scenario_file import load_scenario, scenario_text
+from drake_starnav.scenario.scenario_file import format_scenario, load_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import caption_lines
+from drake_starnav.simulation.trial import make_caption_lines
 
 pytestmark = pytest.mark.slow
 
@@ -42,14 +42,14 @@ def test_a_declared_zone_is_driven_round_and_kept(model: str, tmp_path) -> None:
     text += "- !KeepOut {name: dock, polygon: [[3, -1.2], [5, -1.2], [5, 3], [3, 3]]}\n"
     text += "- !SpeedZone {polygon: [[5, -3], [7, -3], [7, 3], [5, 3]], max_speed: 0.3}\n"
     scenario = parse_scenario(text, name="zones")
-    assert parse_scenario(scenario_text(scenario), name="zones") == scenario
+    assert parse_scenario(format_scenario(scenario), name="zones") == scenario
     trial = run_trial(scenario, csv=tmp_path / "states.csv")
     assert trial.outcome == "reached"
     states = np.genfromtxt(tmp_path / "states.csv", delimiter=",", names=True)
     places = np.column_stack((states["x"], states["y"]))
     dock, slow = scenario.zones
-    assert signed_distance(dock.corners, places).min() > scenario.robot.shape.cover_radius
-    assert states["v"][signed_distance(slow.corners, places) < 0.0].max() < 0.3 + 0.01
+    assert measure_signed_distance(dock.corners, places).min() > scenario.robot.shape.cover_radius
+    assert states["v"][measure_signed_distance(slow.corners, places) < 0.0].max() < 0.3 + 0.01
 
 
 @pytest.mark.parametrize(
@@ -68,5 +68,5 @@ def test_a_declared_zone_is_driven_round_and_kept(model: str, tmp_path) -> None:
 def test_where_zones_leave_no_way_the_goal_is_given_up_early_and_they_are_named(zones: str, names: str) -> None:
     trial = run_trial(parse_scenario(f"{HALL}zones:\n{zones}", name="closed"))
     assert (trial.outcome, trial.blocked_by) == ("unreachable", f"no way is left but through {names}")
-    assert caption_lines(trial)[-1] == trial.blocked_by
+    assert make_caption_lines(trial)[-1] == trial.blocked_by
     assert trial.time_s < 30.0 and trial.min_clearance_m > 0.0

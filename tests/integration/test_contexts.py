@@ -184,5 +184,5 @@ def test_no_system_keeps_state_of_its_own() -> None:
     assert len(before) == 12
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5)
-    assert stopwatch.summary("plan")["count"] >= 1
+    assert stopwatch.summarize("plan")["count"] >= 1
     assert held() == before

@@ -74,12 +74,12 @@ class UdpRobot:
     watched = True
 
     def __init__(self, scenario, port: int, base_port: int) -> None:
-        from drake_starnav.runtime.watchdog import Watched, ramp_of
+        from drake_starnav.runtime.watchdog import Watched, read_ramp
 
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", port))
         self.socket.setblocking(False)
-        self.base = Watched(f"{__name__}:UdpBase", {"port": base_port}, ramp_of(scenario.robot.limits))
+        self.base = Watched(f"{__name__}:UdpBase", {"port": base_port}, read_ramp(scenario.robot.limits))
         self.goal = None
 
     def read(self):

@@ -13,7 +13,7 @@ from drake_starnav.geometry.polyline import resample_polyline
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
@@ -86,7 +86,7 @@ def test_robots_stray_from_their_commands_until_they_stand_by_no_more_than_the_m
     scenario = Scenario("test", None, robot, LidarParameters(beams=36, rate=1.0))
     simulator = Simulator(station := NavigationStation(World("open", (0, 0, 0), (5, 0)), scenario))
     context, rng, does = simulator.get_mutable_context(), np.random.default_rng(1), actuation(robot)
-    share, twist, away = error_budget(scenario).terms[1], np.zeros(2), []
+    share, twist, away = evaluate_error_budget(scenario).terms[1], np.zeros(2), []
     for k in range(1000):
         if k % 100 == 0:
             wanted = np.array((speed, robot.max_yaw_rate)) * rng.uniform((0.5, -1.0), (1.0, 1.0))

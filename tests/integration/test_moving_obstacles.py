@@ -6,8 +6,8 @@ import pytest
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.records import record_comparison
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, with_scene
-from drake_starnav.visualization.plot import moment_picture
+from drake_starnav.visualization.meshes import LAYERS, MOVING_OBSTACLES, ROBOT, add_scene_layers
+from drake_starnav.visualization.plot import draw_moment
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.worlds import Crowd, World, make_world, moving_obstacle_states
 from tests.helpers.camera import plotted
@@ -42,7 +42,7 @@ def rears(world: World, time: float) -> np.ndarray:
 @pytest.mark.parametrize("time", TIMES)
 def test_plot_shows_moving_obstacles(recorded, k: int, time: float) -> None:
     world, recorded = recorded[0], recorded[1 + k]
-    picture = moment_picture(recorded, time)
+    picture = draw_moment(recorded, time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place in rears(world, time):
         assert image[plotted(recorded, place, picture)] == pytest.approx(MOVING_OBSTACLES.color, abs=0.02)
@@ -50,5 +50,5 @@ def test_plot_shows_moving_obstacles(recorded, k: int, time: float) -> None:
 
 def test_legend_names_moving_obstacles_only_if_any() -> None:
     nobody = make_world(Crowd(moving_obstacles=(0, 0)), 0, 0.25)
-    assert with_scene(LAYERS, nobody) == {**LAYERS, "robot": ROBOT}
-    assert MOVING_OBSTACLES in with_scene(LAYERS, make_world(Crowd(), 0, 0.25)).values()
+    assert add_scene_layers(LAYERS, nobody) == {**LAYERS, "robot": ROBOT}
+    assert MOVING_OBSTACLES in add_scene_layers(LAYERS, make_world(Crowd(), 0, 0.25)).values()

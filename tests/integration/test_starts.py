@@ -16,7 +16,7 @@ from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.moving.tracker import TrackerState, track
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.loop import drive
 from tests.helpers.motions import actuation, limited_twist
@@ -58,7 +58,7 @@ def standing_places(rng: np.random.Generator, radii: np.ndarray) -> np.ndarray:
             angle = rng.uniform(-math.pi, math.pi)
             reach = radii[len(places) - 1] + r
             place = places[-1] + reach * np.array((math.cos(angle), math.sin(angle)))
-        free = clearance(room(), place[None])[0] >= radii[len(places)] - 1e-9
+        free = compute_clearance(room(), place[None])[0] >= radii[len(places)] - 1e-9
         if free and math.hypot(*place) > ROBOT.radius + r + 0.3:
             places.append(place)
     return np.array(places)
@@ -85,7 +85,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
         if k % 20 == 0:
             desired = np.array((rng.choice((0.8, 0.8, -0.8)), rng.choice((0.0, rng.uniform(-2.0, 2.0)))))
         ahead = moved(pose, desired, 0.8)[:2]
-        safe = clearance(room(), ahead[None])[0] > ROBOT.radius + 0.1  # what stands is another certificate's
+        safe = compute_clearance(room(), ahead[None])[0] > ROBOT.radius + 0.1  # what stands is another certificate's
         age = time - known.tracks.time
         keeps = MovingCertificate(rows, (1.0 + MOVING_MARGIN) * ROBOT.radius, age)
         certified = safe and keeps.accepts(roll_out(pose, twist, desired, actuation(ROBOT, tick)))
@@ -99,7 +99,7 @@ def struck_while_driving(seed: int, caution: float, duration: float = 8.0) -> bo
             away = pose[:2] - centers
             way = obstacles.max_speed * tick / STEPS * away / np.hypot(*away.T)[:, None]
             there = centers + np.where(started[:, None], way, 0.0)
-            passes = clearance(room(), there) >= radii - 1e-9  # nothing walks through walls
+            passes = compute_clearance(room(), there) >= radii - 1e-9  # nothing walks through walls
             centers = np.where(passes[:, None], there, centers)
             if (np.hypot(*(pose[:2] - centers).T) - radii).min() < ROBOT.radius:
                 return bool(abs(now[0]) > STANDING_SPEED)

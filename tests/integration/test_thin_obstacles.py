@@ -11,7 +11,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.kinematic_robot import KinematicRobot
 
@@ -123,4 +123,4 @@ def test_a_look_sees_no_farther_than_where_beams_are_apart_by_the_thinnest_obsta
     known = motion.seen.surroundings
     for view in (known.view, *known.past_views.views[:-1]):
         assert view.visible_ranges.max() * scenario.lidar.widest_gap <= margins.thinnest * (1.0 + 1e-9)
-    assert body_clearance(world, motion.pose[None], scenario.robot.shape)[0] > 1.0
+    assert compute_body_clearance(world, motion.pose[None], scenario.robot.shape)[0] > 1.0

@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import benchmark_score, omniscient_path
+from drake_starnav.simulation.trial import compute_benchmark_score, find_omniscient_path
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.worlds import World
 
@@ -28,8 +28,8 @@ SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]]
     ],
 )
 def test_benchmark_score(outcome: str, time: float, score: float) -> None:
-    assert benchmark_score(outcome, time, optimal_time=5.0) == pytest.approx(score)
-    assert benchmark_score(outcome, time, None) is None
+    assert compute_benchmark_score(outcome, time, optimal_time=5.0) == pytest.approx(score)
+    assert compute_benchmark_score(outcome, time, None) is None
 
 
 @pytest.mark.slow
@@ -65,7 +65,7 @@ def test_a_large_world_is_searched_on_a_coarser_grid():
     world = World(
         "field", (1.0, 1.0, 0.0), (190.0, 190.0), cylinders=np.array(((95.0, 95.0, 1.0),)), bounds=(0, 0, 200, 200)
     )
-    found = omniscient_path(world, 0.25)
+    found = find_omniscient_path(world, 0.25)
     assert found is not None and found[0] == pytest.approx(189.0 * math.sqrt(2.0), rel=0.001)
 
 

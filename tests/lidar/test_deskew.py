@@ -13,7 +13,7 @@ from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.worlds.clearance import clearance
+from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast_rolling
 
@@ -36,7 +36,7 @@ def test_hits_lie_where_things_stand(step):
     scan, pose = rolling(step)
     seen = deskew_scan(scan, BEFORE, 0.0, pose)
     reach = seen.distances[seen.hits]
-    off = np.abs(clearance(YARD, seen.points(pose)))
+    off = np.abs(compute_clearance(YARD, seen.points(pose)))
     assert (off <= 0.51 * seen.angle_increment * reach + 1e-6).all()  # a beam's half width
     assert seen.time == scan.time and seen.time_increment == 0.0
     gap = abs(step[2]) / seen.angle_increment

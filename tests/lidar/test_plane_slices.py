@@ -54,11 +54,11 @@ def test_faces_near_a_plane_are_all_that_planes_near_it_cut(seed: int) -> None:
         plane[0] /= np.linalg.norm(plane[0])
         plane[1] -= (plane[1] @ plane[0]) * plane[0]
         plane[1] /= np.linalg.norm(plane[1])
-        if slab.holds(plane):
+        if slab.contains_cut_of(plane):
             held += 1
             np.testing.assert_array_equal(slice_solids(slab.solids, plane), slice_solids(solids, plane))
     assert 5 < held < 35
-    assert not slab.holds(level(10.0 * SLAB))
+    assert not slab.contains_cut_of(level(10.0 * SLAB))
 
 
 def tilted(rng: np.random.Generator, lean: float) -> np.ndarray:

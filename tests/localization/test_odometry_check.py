@@ -25,7 +25,7 @@ def checked(share, turning=1.0, lidar=None, mount=ON_AXIS, world=ROOM, curve=0.6
     for k in range(60):
         true = compose_poses(pose, (mount.x, mount.y, mount.yaw))
         scan = replace(scan_from(shapes, true, lidar, 0, k), time=PERIOD * k)
-        check = check.with_scan(scan, counted, OdometryError(0.0, 0.0, lidar.noise), mount)
+        check = check.add_scan(scan, counted, OdometryError(0.0, 0.0, lidar.noise), mount)
         step = np.array((0.5, 0.0, curve * math.sin(0.1 * k))) * PERIOD
         pose, counted = compose_poses(pose, step), compose_poses(counted, step * (share, share, turning))
     return check
@@ -37,7 +37,7 @@ def checked(share, turning=1.0, lidar=None, mount=ON_AXIS, world=ROOM, curve=0.6
 )
 def test_the_way_that_scans_show(share, noise, mount) -> None:
     check = checked(share, lidar=LidarParameters(rate=10.0, noise=noise), mount=mount)
-    found = check.difference()
+    found = check.sum_differences()
     assert len(check.steps) == KEPT_STEPS
     assert found.driven == pytest.approx(share * found.seen, rel=0.03)
     assert found.off == pytest.approx(abs(1.0 - share) * found.seen, abs=0.03 * found.seen)
@@ -46,7 +46,7 @@ def test_the_way_that_scans_show(share, noise, mount) -> None:
 
 @pytest.mark.parametrize("turning", [0.7, 1.3])
 def test_the_angle_that_scans_show(turning) -> None:
-    found = checked(1.0, turning).difference()
+    found = checked(1.0, turning).sum_differences()
     assert found.turned == pytest.approx(turning * found.seen_turned, rel=0.05)
 
 
@@ -57,4 +57,4 @@ def test_what_scans_do_not_show_is_believed() -> None:
         (50.0, 0.0),
         bounds=(-100.0, -2.0, 100.0, 2.0),
     )
-    assert checked(0.7, world=corridor, curve=0.0).difference().off < 0.1
+    assert checked(0.7, world=corridor, curve=0.0).sum_differences().off < 0.1

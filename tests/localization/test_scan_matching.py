@@ -16,10 +16,10 @@ from drake_starnav.localization.scan_matching import (
     ScanMap,
     Surfaces,
     Travel,
-    aligned,
-    matched,
+    align_points,
+    match_scan,
 )
-from drake_starnav.station.planar_localization import drifted
+from drake_starnav.station.planar_localization import add_drift
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast, noisy, scattered, seeds
 
@@ -41,7 +41,7 @@ NOISY = OdometryError(0.02, 0.05, 0.03)
 
 
 def found(scan, points, guess, deviation, gate=0.3):
-    return aligned(points, guess, np.full(3, 1.0 / deviation**2), Surfaces.of(scan, 0.1), 0.01, gate, 0.1)
+    return align_points(points, guess, np.full(3, 1.0 / deviation**2), Surfaces.of(scan, 0.1), 0.01, gate, 0.1)
 
 
 def test_lines_follow_walls_but_no_corner() -> None:
@@ -103,14 +103,14 @@ def driven(world, poses, error, seed, jump=None, lost=0.0, **lidar):
     rng = np.random.default_rng(seed)
     known, believed, before = ScanMap(), np.array(poses[0], dtype=float), poses[0]
     for k, pose in enumerate(poses):
-        believed, before = drifted(believed, before, pose, error.drift, seed), pose
+        believed, before = add_drift(believed, before, pose, error.drift, seed), pose
         if jump is not None and jump[0] == k:
             believed = believed + (*jump[1], 0.0)
         scan = dataclasses.replace(noisy(cast(world, pose, **lidar), NOISE, rng), time=0.05 * k)
         if lost > 0.0:
             ranges = np.where(rng.random(len(scan.ranges)) < lost, np.nan, scan.ranges)
             scan = dataclasses.replace(scan, ranges=ranges, lost_beams=True)
-        known = matched(known, scan, believed, error)
+        known = match_scan(known, scan, believed, error)
     return known, believed
 
 
@@ -138,7 +138,7 @@ def test_drift_is_corrected_to_a_tenth(seed):
     error = OdometryError(0.05, 0.0, NOISE)
     poses = circling(3, radius=0.25, step=0.025)
     known, believed = driven(scattered(np.random.default_rng(seed)), poses, error, seed)
-    off, odometry = find_pose_in_frame(poses[-1], known.corrected(believed)), find_pose_in_frame(poses[-1], believed)
+    off, odometry = find_pose_in_frame(poses[-1], known.correct_pose(believed)), find_pose_in_frame(poses[-1], believed)
     assert abs(odometry[2]) > math.radians(45.0)
     assert abs(off[2]) < 0.1 * abs(odometry[2])
     assert math.hypot(*off[:2]) < 0.03
@@ -150,7 +150,7 @@ def test_errors_do_not_add_up_where_the_robot_comes_back():
     for times in (1, 4):
         poses = to_and_fro(3.0, times)
         known, believed = driven(ROOM, poses, error, 3)
-        errors.append(find_pose_in_frame(poses[-1], known.corrected(believed)))
+        errors.append(find_pose_in_frame(poses[-1], known.correct_pose(believed)))
     assert max(math.hypot(*e[:2]) for e in errors) < 0.03
     assert max(abs(e[2]) for e in errors) < math.radians(0.6)
     assert len(known.keyframes) < 15
@@ -161,13 +161,13 @@ def test_a_jump_is_taken_back(offset):
     poses = to_and_fro(2.0, 1)
     known, believed = driven(ROOM, poses, OdometryError(0.0, 0.25, NOISE), 5, jump=(30, offset))
     assert math.hypot(*(believed[:2] - poses[-1, :2])) > 0.05
-    assert math.hypot(*(known.corrected(believed)[:2] - poses[-1, :2])) < 0.03
+    assert math.hypot(*(known.correct_pose(believed)[:2] - poses[-1, :2])) < 0.03
 
 
 def test_lost_beams_cost_little():
     error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
     known, believed = driven(ROOM, poses, error, 2, lost=0.3)
-    assert math.hypot(*find_pose_in_frame(poses[-1], known.corrected(believed))[:2]) < 0.03
+    assert math.hypot(*find_pose_in_frame(poses[-1], known.correct_pose(believed))[:2]) < 0.03
 
 
 def test_a_lidar_that_looks_ahead_only_corrects_as_well():
@@ -175,7 +175,7 @@ def test_a_lidar_that_looks_ahead_only_corrects_as_well():
     error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
     known, believed = driven(ROOM, poses, error, 6, **ahead)
     assert abs(find_pose_in_frame(poses[-1], believed)[2]) > math.radians(30.0)
-    off = find_pose_in_frame(poses[-1], known.corrected(believed))
+    off = find_pose_in_frame(poses[-1], known.correct_pose(believed))
     assert math.hypot(*off[:2]) < 0.05 and abs(off[2]) < math.radians(1.0)
 
 
@@ -187,7 +187,7 @@ def test_along_a_bare_corridor_the_odometry_is_believed(drift, jump, back):
     x = np.append(x, x[::-1]) if back else x
     poses = np.column_stack((x, np.zeros_like(x), np.zeros_like(x)))
     known, believed = driven(CORRIDOR, poses, error, 4)
-    off = find_pose_in_frame(poses[-1], known.corrected(believed))
+    off = find_pose_in_frame(poses[-1], known.correct_pose(believed))
     assert abs(off[0]) <= drift * 6.0 * (2.0 if back else 1.0) + 0.01  # no worse than the odometry may be
     assert abs(off[1]) < 0.02 and abs(off[2]) < math.radians(0.5)  # and what walls tell is taken
 
@@ -195,15 +195,15 @@ def test_along_a_bare_corridor_the_odometry_is_believed(drift, jump, back):
 def test_a_robot_that_stands_is_not_moved_about():
     rng = np.random.default_rng(0)
     error = OdometryError(0.02, 0.0, NOISE)
-    known = matched(ScanMap(), noisy(cast(ROOM), NOISE, rng), np.zeros(3), error)
+    known = match_scan(ScanMap(), noisy(cast(ROOM), NOISE, rng), np.zeros(3), error)
     for k in range(5):
-        assert matched(known, noisy(cast(ROOM), NOISE, rng), np.array((0.002 * k, 0.0, 0.002 * k)), error) is known
+        assert match_scan(known, noisy(cast(ROOM), NOISE, rng), np.array((0.002 * k, 0.0, 0.002 * k)), error) is known
 
 
 def test_a_scan_that_hits_nothing_tells_nothing():
-    known = matched(ScanMap(), cast(ROOM), np.zeros(3), OdometryError(0.02, 0.0, NOISE))
+    known = match_scan(ScanMap(), cast(ROOM), np.zeros(3), OdometryError(0.02, 0.0, NOISE))
     empty = dataclasses.replace(cast(ROOM), ranges=np.full(360, np.inf))
-    assert matched(known, empty, np.array((0.1, 0.0, 0.0)), OdometryError(0.02, 0.0, NOISE)) is known
+    assert match_scan(known, empty, np.array((0.1, 0.0, 0.0)), OdometryError(0.02, 0.0, NOISE)) is known
 
 
 @pytest.mark.parametrize(("length", "count"), [(0.6, 2), (0.02, 1)])
@@ -212,8 +212,8 @@ def test_places_behind_a_screen_are_not_in_view(length, count, yaw):
     screen = np.array([(-length, -0.01), (length, -0.01), (length, 0.01), (-length, 0.01)]) * (0.5, 1.0) + (0.1, 0.0)
     world = dataclasses.replace(ROOM, polygons=(screen,))
     here, there = np.array((0.0, 0.2, 0.3)), np.array((0.0 if count == 2 else -0.1, -0.2, yaw))
-    known = matched(ScanMap(), cast(world, here), here, OdometryError(0.02, 0.0, NOISE))
-    assert len(matched(known, cast(world, there), there, OdometryError(0.02, 0.0, NOISE)).keyframes) == count
+    known = match_scan(ScanMap(), cast(world, here), here, OdometryError(0.02, 0.0, NOISE))
+    assert len(match_scan(known, cast(world, there), there, OdometryError(0.02, 0.0, NOISE)).keyframes) == count
 
 
 @pytest.mark.parametrize(("step", "count"), [(0.05, 1), (0.15, 2)])
@@ -223,11 +223,11 @@ def test_a_scan_of_which_little_fits_changes_no_pose(step, count):
     discs = [(0.9, 0.2, 0.3), (-0.5, 0.8, 0.2), (-0.7, -0.3, 0.2)]
     elsewhere = World("elsewhere", (0, 0, 0), (0, 0), cylinders=discs, polygons=(wall,))
     error = OdometryError(0.3, 0.0, NOISE)
-    known = matched(ScanMap(), cast(ROOM), np.zeros(3), error)
+    known = match_scan(ScanMap(), cast(ROOM), np.zeros(3), error)
     now = np.array((step, 0.0, 0.1))
     believed = now + (0.0, 0.05, 0.0)
-    known = matched(known, dataclasses.replace(cast(elsewhere, now), time=0.05), believed, error)
-    np.testing.assert_allclose(known.corrected(believed), believed, atol=1e-12)
+    known = match_scan(known, dataclasses.replace(cast(elsewhere, now), time=0.05), believed, error)
+    np.testing.assert_allclose(known.correct_pose(believed), believed, atol=1e-12)
     assert len(known.keyframes) == count
 
 
@@ -238,7 +238,7 @@ def test_a_declared_jump_is_only_reckoned_with_at_the_step_that_jumps(jumps):
     for k in range(6):
         believed = np.array((0.05 * k, 0.2 if jumps and k >= 4 else 0.0, 0.0))
         scan = dataclasses.replace(cast(ROOM, (0.05 * k, 0.01 * k, 0.0)), time=0.05 * k)
-        with_jumps, without = (matched(known, scan, believed, OdometryError(0.0, j, NOISE)) for j in (0.25, 0.0))
+        with_jumps, without = (match_scan(known, scan, believed, OdometryError(0.0, j, NOISE)) for j in (0.25, 0.0))
         assert np.array_equal(with_jumps.correction, without.correction) == (k != 4 or not jumps)
         assert k == 0 or with_jumps.speed == pytest.approx([1.0, 0.0])
         known = with_jumps
@@ -253,9 +253,9 @@ def test_on_return_the_older_part_of_the_map_is_trusted():
     frames = [Keyframe.of(cast(ROOM, t.pose), pose, t, error) for t, pose in zip(travels, (first, wrong), strict=True)]
     known = ScanMap(tuple(frames), np.array([first[:2], wrong[:2]]), off, travels[1], 0.0, last=1)
     now = np.array((0.3, 0.0, 0.2))
-    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
+    known = match_scan(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
     assert known.last == 0
-    assert find_pose_in_frame(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+    assert find_pose_in_frame(now, known.correct_pose(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.1, 3.1))
@@ -266,10 +266,10 @@ def test_where_the_frame_of_the_odometry_lies_does_not_matter(x, y, yaw):
     elsewhere, here = ScanMap(), ScanMap()
     for k, pose in enumerate(poses):
         scan = dataclasses.replace(cast(ROOM, pose), time=0.05 * k)
-        here = matched(here, scan, pose, error)
-        elsewhere = matched(elsewhere, scan, compose_poses(frame, pose), error)
-    found = find_pose_in_frame(frame, elsewhere.corrected(compose_poses(frame, poses[-1])))
-    assert found == pytest.approx(find_pose_in_frame(np.zeros(3), here.corrected(poses[-1])), abs=1e-3)
+        here = match_scan(here, scan, pose, error)
+        elsewhere = match_scan(elsewhere, scan, compose_poses(frame, pose), error)
+    found = find_pose_in_frame(frame, elsewhere.correct_pose(compose_poses(frame, poses[-1])))
+    assert found == pytest.approx(find_pose_in_frame(np.zeros(3), here.correct_pose(poses[-1])), abs=1e-3)
 
 
 @given(seeds, st.floats(0.0, 0.2), st.integers(0, 20))
@@ -280,14 +280,14 @@ def test_travel_allows_what_the_odometry_may_hide_and_no_more(seed, drift, since
     believed, slack = poses[0], np.full(3, 1e-3)  # steps are chords
     travels = [Travel(believed)]
     for before, pose in itertools.pairwise(poses):
-        believed = drifted(believed, before, pose, drift, seed)
-        travels.append(travels[-1].extended(believed, 1.05 * drift / (1.0 - drift), 0.0))
+        believed = add_drift(believed, before, pose, drift, seed)
+        travels.append(travels[-1].extend(believed, 1.05 * drift / (1.0 - drift), 0.0))
     step, last, earlier = find_pose_in_frame(poses[since], poses[-1]), travels[-1], travels[since]
-    assert last.allows(earlier, step, slack)
+    assert last.can_have_made(earlier, step, slack)
     turn = 2.0 * (last.turn - earlier.turn + slack[2])
     shift = 2.0 * (last.shift - earlier.shift + last.way * turn + slack[0])
-    assert not last.allows(earlier, compose_poses(step, (0.0, 0.0, turn)), slack)
-    assert not last.allows(earlier, np.add(step, (shift, 0.0, 0.0)), slack)
+    assert not last.can_have_made(earlier, compose_poses(step, (0.0, 0.0, turn)), slack)
+    assert not last.can_have_made(earlier, np.add(step, (shift, 0.0, 0.0)), slack)
 
 
 @pytest.mark.parametrize("turned", [0.12, -0.12])
@@ -299,6 +299,6 @@ def test_an_older_part_that_the_odometry_rules_out_is_not_returned_to(turned):
     frames = tuple(Keyframe.of(scan, t.pose, t, error) for scan, t in zip(scans, travels, strict=True))
     known = ScanMap(frames, np.array([pose[:2] for pose in poses]), np.zeros(3), travels[1], 0.0, last=1)
     now = np.array((0.3, 0.0, 0.2))
-    known = matched(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
+    known = match_scan(known, dataclasses.replace(cast(ROOM, now), time=0.5), now, error)
     assert known.last == 1
-    assert find_pose_in_frame(now, known.corrected(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+    assert find_pose_in_frame(now, known.correct_pose(now)) == pytest.approx((0.0, 0.0, 0.0), abs=0.01)

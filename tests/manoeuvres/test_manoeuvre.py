@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_starnav.geometry.footprint import Footprint, covered, footprint
+from drake_starnav.geometry.footprint import Footprint, find_covered_area, footprint
 from drake_starnav.manoeuvres.manoeuvre import (
     STUCK,
     TRIES,
@@ -61,7 +61,7 @@ def swept_clearance(world: World, start: np.ndarray, poses: np.ndarray) -> float
         for _ in range(count):
             middle = pose[2] + 0.5 * turn / count
             pose = pose + np.array((math.cos(middle) * arc / count, math.sin(middle) * arc / count, turn / count))
-            least = min(least, float(shapely.distance(covered(SHAPE, pose), solid)))
+            least = min(least, float(shapely.distance(find_covered_area(SHAPE, pose), solid)))
         before = np.array((x, y, yaw))
     return least
 
@@ -159,19 +159,19 @@ def test_a_robot_that_turns_on_the_spot_finds_its_way_into_any_dock(name: str, b
     docks = [(k * 0.25 * math.pi, False, (0.15, -0.15, 0.0)) for k in range(16)]
     docks += [(yaw, True, (0.5, -1.4, -0.9)) for yaw in (ahead, -ahead) * 3]
     for seed, (yaw, is_bay, (aside, low, high)) in enumerate(docks):
-        x, y, u, v = shapely.bounds(covered(shape, (0.0, 0.0, yaw)))
+        x, y, u, v = shapely.bounds(find_covered_area(shape, (0.0, 0.0, yaw)))
         sides = (x - 0.5, 0.1, x - 0.07, v + 0.037), (u + 0.07, 0.1, u + 0.5, v + 0.037)
         world = boxes((-3.0, v + 0.037, 3.0, 3.0), *(sides if is_bay else ()))
         solid, rng = shapely.union_all([shapely.Polygon(p) for p in world.polygons]), np.random.default_rng(2 * seed)
         start = np.zeros(3)
-        while shapely.distance(covered(shape, start), solid) < 0.03 or not start.any():
+        while shapely.distance(find_covered_area(shape, start), solid) < 0.03 or not start.any():
             start = rng.uniform((-aside, low, -math.pi), (aside, high, math.pi))
         robot = body(world, start, shape, BASES[base])
         dock = np.array((0.0, 0.0, yaw, 0.03))
         poses = step_docking(ManoeuvreState(pose=start), dock, start, STUCK + 1.0, robot, PATIENCE).poses
         assert len(poses), (yaw, is_bay, start)
         assert math.dist(poses[-1, :2], dock[:2]) < dock[3] and abs(wrap_angle(poses[-1, 2] - yaw)) < 1e-9
-        assert all(shapely.distance(covered(shape, pose[:3]), solid) > MARGIN - 0.002 for pose in poses)
+        assert all(shapely.distance(find_covered_area(shape, pose[:3]), solid) > MARGIN - 0.002 for pose in poses)
 
 
 @pytest.mark.parametrize("yaw", [-3.0, -1.5, -0.3, 0.0, 0.8, 2.2])

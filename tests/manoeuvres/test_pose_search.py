@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_starnav.geometry.footprint import covered, footprint
+from drake_starnav.geometry.footprint import find_covered_area, footprint
 from drake_starnav.manoeuvres.pose_search import FIRST_SHARES, NEAR_GOAL, search_poses
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.surroundings.chords import Chords
@@ -40,7 +40,9 @@ def moved(pose: np.ndarray, move: np.ndarray, steps: int = 20) -> list[np.ndarra
 def surfaces_around(poses: list[np.ndarray], spare: float) -> Chords:
     """Surfaces that leave the footprint just the room to move over some poses, with the margin and a spare."""
     with np.errstate(invalid="ignore"):  # of mitres at corners that are almost straight
-        swept = shapely.union_all([covered(SHAPE, pose) for pose in poses]).buffer(MARGIN + spare, join_style="mitre")
+        swept = shapely.union_all([find_covered_area(SHAPE, pose) for pose in poses]).buffer(
+            MARGIN + spare, join_style="mitre"
+        )
     rings = [np.asarray(ring.segmentize(0.02).coords) for ring in (swept.exterior, *swept.interiors)]
     ends = np.vstack([np.hstack((ring[:-1], ring[1:])) for ring in rings])
     return walls(ends, poses[0][:2])
@@ -68,7 +70,7 @@ def test_a_robot_that_is_wedged_in_gets_out_as_it_came_in(base: str) -> None:
         found = search_poses(start, np.array(((*goal, ALIGNED, 0.0),)), moves, SHAPE, MARGIN, (surfaces, VIEWS))
         outcomes.append(len(found) > 0)
         solid = shapely.union_all(shapely.linestrings(surfaces.ends.reshape(-1, 2, 2)))
-        assert all(shapely.distance(covered(SHAPE, pose[:3]), solid) > MARGIN - 1e-6 for pose in found)
+        assert all(shapely.distance(find_covered_area(SHAPE, pose[:3]), solid) > MARGIN - 1e-6 for pose in found)
     assert len(outcomes) > 35
     assert np.mean(outcomes) > 0.9
 

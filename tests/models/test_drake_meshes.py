@@ -9,7 +9,7 @@ from pydrake.common import MemoryFile
 from pydrake.geometry import Convex, InMemoryMesh, Mesh
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.models.drake_meshes import hull_faces, mesh_triangles
+from drake_starnav.models.drake_meshes import compute_hull_faces, read_shape_triangles
 from tests.models.test_mesh_file import gltf
 
 # Two tetrahedra that share the face 0 1 2.
@@ -51,7 +51,7 @@ def signed_volume(vertices, triangles):
 @pytest.mark.parametrize("extension", sorted(CONTENTS))
 def test_triangles_are_where_drake_has_the_mesh(extension, in_memory, tmp_path):
     shape = mesh_of(extension, tmp_path, in_memory)
-    vertices, triangles = mesh_triangles(shape, "solid")
+    vertices, triangles = read_shape_triangles(shape, "solid")
     hull = shape.GetConvexHull()  # the solid is convex except for the edge 0 1, so all its vertices are on the hull
     expected = {tuple(np.round(hull.vertex(k), 6) + 0.0) for k in range(hull.num_vertices())}
     assert {tuple(np.round(vertex, 6) + 0.0) for vertex in vertices[np.unique(triangles)]} >= expected
@@ -68,23 +68,23 @@ def test_a_file_beside_a_gltf_file_is_found(tmp_path):
     path = tmp_path / "solid.gltf"
     path.write_text(json.dumps(content))
     with pytest.raises(StarnavError, match=r"solid\.gltf.* of geometry post: .*solid\.bin"):
-        mesh_triangles(Mesh(str(path), 1.0), "post")
+        read_shape_triangles(Mesh(str(path), 1.0), "post")
     (tmp_path / "solid.bin").write_bytes(data)
-    beside = mesh_triangles(Mesh(str(path), SCALE), "post")
+    beside = read_shape_triangles(Mesh(str(path), SCALE), "post")
     file = MemoryFile(contents=json.dumps(content), extension=".gltf", filename_hint="solid")
     binary = MemoryFile(contents=data, extension=".bin", filename_hint="solid.bin")
     for extra in (binary, Path(tmp_path / "solid.bin")):
         shape = Mesh(InMemoryMesh(mesh_file=file, supporting_files={"solid.bin": extra}), SCALE)
-        for found, expected in zip(mesh_triangles(shape, "post"), beside, strict=True):
+        for found, expected in zip(read_shape_triangles(shape, "post"), beside, strict=True):
             assert np.array_equal(found, expected)
     with pytest.raises(StarnavError, match=r"not a valid \.gltf file .*solid\.bin"):
-        mesh_triangles(Mesh(InMemoryMesh(mesh_file=file), 1.0), "post")
+        read_shape_triangles(Mesh(InMemoryMesh(mesh_file=file), 1.0), "post")
 
 
 def test_a_hull_has_flat_faces_around_all_vertices(tmp_path):
     path = tmp_path / "solid.obj"
     path.write_text(OBJ)
-    vertices, faces = hull_faces(Convex(str(path), 2.0), "solid")
+    vertices, faces = compute_hull_faces(Convex(str(path), 2.0), "solid")
     for face in faces:
         normal = np.cross(vertices[face[1]] - vertices[face[0]], vertices[face[2]] - vertices[face[0]])
         heights = (vertices - vertices[face[0]]) @ normal / np.linalg.norm(normal)

@@ -9,8 +9,8 @@ from pydrake.multibody.plant import AddMultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.models.mesh_file import mesh_surfaces
-from drake_starnav.models.model_files import Models, parsed_xml
+from drake_starnav.models.mesh_file import read_mesh_surfaces
+from drake_starnav.models.model_files import Models, parse_xml
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_model import add_robot
@@ -113,7 +113,7 @@ count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/
 
 @pytest.mark.parametrize("numbers", [("0.1 0.6 0.1 1", "0 0 0.01.0"), ("0.1 x 0.1 1", "0 0 0 1")])
 def test_triangles_outlive_a_colour_that_is_no_number(numbers: tuple[str, str]) -> None:
-    (surface,) = mesh_surfaces(DAE.format(*numbers).encode(), ".dae")
+    (surface,) = read_mesh_surfaces(DAE.format(*numbers).encode(), ".dae")
     assert len(surface.triangles) == 1
 
 
@@ -125,7 +125,7 @@ def test_a_world_in_xacro_is_expanded_as_a_robot_is(tmp_path) -> None:
         'name="shelf"><collision><geometry><box size="${d} 1 1"/></geometry></collision></link></robot>'
     )
     written = Models(weld=True).model(path).read_text(encoding="utf-8")
-    assert parsed_xml(written.encode()).find("link/collision/geometry/box").get("size") == "1.0 1 1"
+    assert parse_xml(written.encode()).find("link/collision/geometry/box").get("size") == "1.0 1 1"
     path.write_text('<robot name="w" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:none/></robot>')
     with pytest.raises(StarnavError, match="shelf.urdf.xacro"):
         Models(weld=True).model(path)

@@ -7,7 +7,7 @@ from trimesh.exchange.dae import export_collada
 from trimesh.exchange.gltf import export_gltf
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.models.mesh_file import Y_UP, depth_in_hull, mesh_surfaces, mesh_triangles
+from drake_starnav.models.mesh_file import Y_UP, compute_depth_in_hull, read_mesh_surfaces, read_mesh_triangles
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], float)
 FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
@@ -51,7 +51,7 @@ def as_set(vertices: np.ndarray, triangles: np.ndarray) -> set:
     ],
 )
 def test_triangles_are_those_of_the_file(data: bytes, suffix: str, axes: np.ndarray) -> None:
-    vertices, triangles = mesh_triangles(data, suffix)
+    vertices, triangles = read_mesh_triangles(data, suffix)
     assert len(vertices) == 4
     assert as_set(vertices, triangles) == as_set(CORNERS @ axes.T, FACES)
 
@@ -60,7 +60,7 @@ def test_triangles_are_those_of_the_file(data: bytes, suffix: str, axes: np.ndar
 @pytest.mark.parametrize("data", [b"", b"\0\xff" * 300, b"hello\n" * 50, b"solid empty\nendsolid empty\n"])
 def test_what_is_no_mesh_is_refused(data: bytes, suffix: str) -> None:
     with pytest.raises(StarnavError, match=f"not a valid {suffix} file|a {suffix} file without triangles"):
-        mesh_triangles(data, suffix)
+        read_mesh_triangles(data, suffix)
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".dae"])
@@ -72,7 +72,7 @@ def test_surfaces_have_the_colours_of_the_file(suffix: str) -> None:
         box.visual = trimesh.visual.TextureVisuals(material=material)
         scene.add_geometry(box)
     data = scene.export(file_type="glb") if suffix == ".glb" else export_collada(scene.dump())
-    surfaces = mesh_surfaces(data, suffix)
+    surfaces = read_mesh_surfaces(data, suffix)
     red, green = sorted(surfaces, key=lambda surface: surface.color[1])
     up = np.abs(Y_UP[:3, :3]) if suffix == ".glb" else np.eye(3)
     for surface, color, height in ((red, (1.0, 0.0, 0.0), 3.0), (green, (0.0, 0.502, 0.0), 4.0)):
@@ -81,8 +81,8 @@ def test_surfaces_have_the_colours_of_the_file(suffix: str) -> None:
 
 
 def test_how_deep_a_mesh_is_dented() -> None:
-    assert depth_in_hull(CORNERS, FACES) == pytest.approx(0.0, abs=1e-12)
+    assert compute_depth_in_hull(CORNERS, FACES) == pytest.approx(0.0, abs=1e-12)
     dent = np.vstack((CORNERS, [(0.0, 0.0, 0.3)]))  # the bottom's corner, pushed in
     faces = np.array([(0, 2, 4), (2, 1, 4), (1, 0, 4), *FACES[1:]])
-    assert depth_in_hull(dent, faces) == pytest.approx(0.1)
-    assert depth_in_hull(CORNERS[:3], FACES[:1]) == 0.0
+    assert compute_depth_in_hull(dent, faces) == pytest.approx(0.1)
+    assert compute_depth_in_hull(CORNERS[:3], FACES[:1]) == 0.0

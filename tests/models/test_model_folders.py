@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.models.model_folders import FOLDERS, find
+from drake_starnav.models.model_folders import FOLDERS, find_file
 
 
 @pytest.fixture(autouse=True)
@@ -23,17 +23,17 @@ def crate(folder: Path) -> Path:
 @pytest.mark.parametrize("variable", [*FOLDERS, "AMENT_PREFIX_PATH"])
 def test_models_are_found_where_the_environment_says(variable: str, scheme: str, tmp_path: Path, monkeypatch) -> None:
     folder = crate(tmp_path / ("a/share/crate" if variable == "AMENT_PREFIX_PATH" else "a/crate"))
-    assert find(f"{scheme}://crate", tmp_path / "w") is None
+    assert find_file(f"{scheme}://crate", tmp_path / "w") is None
     monkeypatch.setenv(variable, f"{tmp_path / 'none'}:{tmp_path / 'a'}:")
-    assert find(f"{scheme}://crate", tmp_path / "w") == folder
-    assert find(f"{scheme}://crate/a b.dae", tmp_path / "w") == folder / "a b.dae"
+    assert find_file(f"{scheme}://crate", tmp_path / "w") == folder
+    assert find_file(f"{scheme}://crate/a b.dae", tmp_path / "w") == folder / "a b.dae"
 
 
 @pytest.mark.parametrize("place", ["w/crate", "crate", "models/crate", "w/models/crate"])
 def test_models_are_found_near_the_file_that_names_them(place: str, tmp_path: Path) -> None:
     folder = crate(tmp_path / place)
-    assert find("model://crate", tmp_path / "w") == folder
-    assert find("model://crate", folder) == folder
+    assert find_file("model://crate", tmp_path / "w") == folder
+    assert find_file("model://crate", folder) == folder
 
 
 def test_a_package_is_found_by_the_name_in_its_manifest(tmp_path: Path, monkeypatch) -> None:
@@ -41,7 +41,7 @@ def test_a_package_is_found_by_the_name_in_its_manifest(tmp_path: Path, monkeypa
     (folder / "package.xml").write_text("<package><name>crate</name></package>")
     (tmp_path / "a/package.xml").write_text("not XML")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "a"))
-    assert find("package://crate", tmp_path / "w") == folder
+    assert find_file("package://crate", tmp_path / "w") == folder
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_a_package_is_found_by_the_name_in_its_manifest(tmp_path: Path, monkeypa
 )
 def test_files_are_found_by_their_paths(uri: str, tmp_path: Path) -> None:
     folder = crate(tmp_path / "crate")
-    assert find(uri.format(folder), folder) == folder / "a b.dae"
+    assert find_file(uri.format(folder), folder) == folder / "a b.dae"
 
 
 @pytest.mark.parametrize(
@@ -57,5 +57,5 @@ def test_files_are_found_by_their_paths(uri: str, tmp_path: Path) -> None:
 )
 def test_what_is_not_there_is_not_found(uri: str, tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to("loop")
-    found = find(uri, tmp_path)
+    found = find_file(uri, tmp_path)
     assert found is None or found.is_dir()

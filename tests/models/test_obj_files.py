@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from drake_starnav.models.obj_files import MOST_PIECES, SOLIDS, converted, write_obj
+from drake_starnav.models.obj_files import MOST_PIECES, SOLIDS, convert_mesh, write_obj
 from tests.models.test_mesh_file import CORNERS, FACES, solid
 
 
@@ -50,7 +50,7 @@ print(path)
 @pytest.mark.parametrize("count", [3, MOST_PIECES + 1])
 def test_pieces_are_apart_unless_they_are_too_many(count: int) -> None:
     pieces = [solid(CORNERS + (9.0 * k, 0.0, 0.0)) for k in range(count)]
-    files = converted(trimesh.util.concatenate(pieces).export(file_type="stl"), ".stl")
+    files = convert_mesh(trimesh.util.concatenate(pieces).export(file_type="stl"), ".stl")
     assert len(files) == (count if count <= MOST_PIECES else 1)
     assert sum(len(points_of(file)) for file in files) == 4 * count
 

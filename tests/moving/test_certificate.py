@@ -24,7 +24,7 @@ from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
 from drake_starnav.robot.motion import Actuation, Motion, Pose, advance_pose, convert_to_velocity, roll_out
 from drake_starnav.safety.shield import make_braking_twist
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, compute_moving_obstacle_clearance
 from tests.helpers.motions import limited_twist
 from tests.helpers.scans import RADIUS, seeds
 from tests.helpers.scenes import moved
@@ -98,7 +98,7 @@ def test_discs_within_the_declared_speed_never_touch_a_point_of_a_robot_that_mov
             if np.hypot(*(centers - pose[:2]).T).min(initial=math.inf) > 0.2 + shape.radius:
                 continue
             discs = MovingObstacles([0.2] * len(centers), tuple(np.array([(0, *c), (1, *c)]) for c in centers))
-            if moving_obstacle_clearance(discs, pose[None], np.zeros(1), shape)[0] < 0.0:
+            if compute_moving_obstacle_clearance(discs, pose[None], np.zeros(1), shape)[0] < 0.0:
                 assert find_top_speed(*robot.drive.body_rates(twist), shape.lever) <= STANDING_SPEED
                 return  # it was struck while it stood
 

@@ -24,7 +24,7 @@ from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.systems.release import release
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds.world import World
 
 SCENARIO = parse_scenario("world: !Obstacles {}", name="mine")
@@ -96,7 +96,7 @@ def test_what_the_lidar_does_not_see_and_another_start_are_warned_of() -> None:
 
 def test_a_robot_of_a_parser_is_told_of_add_robot() -> None:
     plant, scene_graph = AddMultibodyPlant(plant_config(), DiagramBuilder())
-    (model,) = Parser(plant).AddModels(str(model_path("robots", "starbot.urdf")))
+    (model,) = Parser(plant).AddModels(str(find_model_path("robots", "starbot.urdf")))
     plant.Finalize()
     with pytest.raises(StarnavError, match="allowed: add_robot"):
         RobotInterface(plant, scene_graph, model, SCENARIO)

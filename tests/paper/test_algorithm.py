@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.paper import choices, method, perceive, plan
 from drake_starnav.paper.roadmap import PaperState, delete_point, generate_roadmap
-from drake_starnav.paper.short_term_goal import shortest_sequence
+from drake_starnav.paper.short_term_goal import find_shortest_sequence
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.run import run_trial
@@ -96,7 +96,7 @@ def test_frontier_points_lie_in_no_older_region(seed: int) -> None:
 def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_chosen(seed: int) -> None:
     state, goal = explored(seed), np.array((9.0, 4.0))
     here = state.roadmap.union.center[-1]
-    path, arrives = shortest_sequence(state, here, goal)
+    path, arrives = find_shortest_sequence(state, here, goal)
     roadmap, points = state.roadmap, state.points
     center = roadmap.union.center
     length = np.full((5, 5), np.inf)
@@ -116,10 +116,10 @@ def test_the_path_to_the_frontier_point_of_least_length_and_straight_line_is_cho
 def test_a_deleted_frontier_point_is_not_chosen_again() -> None:
     state, goal = explored(1), np.array((9.0, 4.0))
     here = state.roadmap.union.center[-1]
-    chosen = shortest_sequence(state, here, goal).places[-1]
+    chosen = find_shortest_sequence(state, here, goal).places[-1]
     rest = delete_point(state, chosen)
     assert len(rest.points) == len(state.points) - 1
-    assert not np.array_equal(shortest_sequence(rest, here, goal).places[-1], chosen)
+    assert not np.array_equal(find_shortest_sequence(rest, here, goal).places[-1], chosen)
 
 
 def test_the_method_drives_to_a_goal_in_the_open() -> None:
@@ -137,8 +137,8 @@ def test_what_moves_is_scanned_like_what_stands() -> None:
 def test_the_search_begins_at_the_robot_in_each_pass() -> None:
     state, goal = explored(2), np.array((9.0, 4.0))
     here = state.roadmap.union.center[-1]
-    ahead = here + 0.3 * (shortest_sequence(state, here, goal).places[0] - here)
-    first, then = (shortest_sequence(state, place, goal).places for place in (here, ahead))
+    ahead = here + 0.3 * (find_shortest_sequence(state, here, goal).places[0] - here)
+    first, then = (find_shortest_sequence(state, place, goal).places for place in (here, ahead))
     np.testing.assert_array_equal(first, then)  # what is nearer by as much as was driven stays the nearest
 
 

@@ -7,8 +7,13 @@ import pytest
 
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.paper import choices
-from drake_starnav.paper.frontier_points import SidePoints, frontier_points, mean_bearing, midpoint_bearing
-from drake_starnav.paper.star_region import traversable_region
+from drake_starnav.paper.frontier_points import (
+    SidePoints,
+    compute_mean_bearing,
+    compute_midpoint_bearing,
+    identify_frontier_points,
+)
+from drake_starnav.paper.star_region import make_traversable_region
 from drake_starnav.worlds import World
 from tests.helpers.scans import RADIUS, cast
 
@@ -21,7 +26,7 @@ def full_scan(ranges: np.ndarray) -> LaserScan:
 
 def found(scan: LaserScan, pose: np.ndarray) -> np.ndarray:
     """The frontier points of a scan in its own region."""
-    return frontier_points(traversable_region(scan, pose, RADIUS), scan, pose)
+    return identify_frontier_points(make_traversable_region(scan, pose, RADIUS), scan, pose)
 
 
 @pytest.mark.parametrize("turn", np.deg2rad([0, 1, 30, 60, 89, 150]))
@@ -71,5 +76,5 @@ def test_the_mean_of_two_bearings_is_that_of_the_midpoint_only_where_both_sides_
     for last, first, ranges in ((0.2, 1.0, (2.0, 2.0)), (3.0, 3.4, (1.0, 1.0)), (0.2, 1.0, (1.0, 3.0))):
         ends = [r * np.array((math.cos(a), math.sin(a))) for r, a in zip(ranges, (last, first), strict=True)]
         sides = SidePoints(np.array([last]), np.array([first]), 0.5 * sum(ends)[None])
-        difference = math.remainder(mean_bearing(sides)[0] - midpoint_bearing(sides)[0], 2.0 * math.pi)
+        difference = math.remainder(compute_mean_bearing(sides)[0] - compute_midpoint_bearing(sides)[0], 2.0 * math.pi)
         assert (abs(difference) < 1e-9) == (ranges[0] == ranges[1])

@@ -12,15 +12,15 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.paper import choices, control
 from drake_starnav.paper.blend import (
     Nearest,
-    blend_share,
-    combined_vector,
-    nearest_hit,
-    smoothed_distances,
-    vector_along,
-    vector_along_and_away,
+    combine_vectors,
+    compute_blend_share,
+    compute_vector_along,
+    compute_vector_along_and_away,
+    find_nearest_hit,
+    smooth_distances,
 )
-from drake_starnav.paper.modulation import boundary_tangent, modulated_vector, weights
-from drake_starnav.paper.pid import authors_pid, turn_towards
+from drake_starnav.paper.modulation import compute_boundary_tangent, compute_weights, modulate_vector
+from drake_starnav.paper.pid import follow_authors_pid, turn_towards
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
@@ -56,24 +56,24 @@ def test_overlapping_regions_are_summed_with_the_weights_of_the_paper(seed):
     inside = [(matrix, max(gamma, 1.0)) for matrix, gamma in matrices if gamma > 1.0]
     weights = sum(weight for _, weight in inside)
     expected = sum(weight / weights * matrix @ guide for matrix, weight in inside) if inside else guide
-    found = modulated_vector(point, guide, unite_regions(regions))
+    found = modulate_vector(point, guide, unite_regions(regions))
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 def test_at_its_reference_point_a_region_does_not_modulate():
     region = smooth_region(np.random.default_rng(3), np.array((0.4, -0.2)))
-    found = modulated_vector(region.center, np.array((1.5, 0.5)), unite_regions([region]))
+    found = modulate_vector(region.center, np.array((1.5, 0.5)), unite_regions([region]))
     np.testing.assert_allclose(found, (1.5, 0.5), rtol=1e-9)
 
 
 @pytest.mark.parametrize("clearance", [-0.1, 0.01, 0.02, 0.05, 0.15, 0.4, 2.0])
 def test_the_nearest_point_term_blends_by_rho_over_clearance(clearance):
     outward, guide, vector = unit(0.4), unit(0.7), 1.7 * unit(0.9)
-    nearest = nearest_hit(np.zeros(2), np.array([5.0 * unit(2.0), (RADIUS + clearance) * outward]), RADIUS)
+    nearest = find_nearest_hit(np.zeros(2), np.array([5.0 * unit(2.0), (RADIUS + clearance) * outward]), RADIUS)
     np.testing.assert_allclose(nearest.away, -outward)
     share, fade = min(choices.RHO / max(clearance, choices.RHO), 1.0), min(max(clearance, 0.0) / choices.RHO, 1.0)
     along_and_away = 1.7 * (fade * unit(0.4 + 0.5 * math.pi) - choices.PUSH * outward)
-    found = combined_vector(vector, guide, nearest)
+    found = combine_vectors(vector, guide, nearest)
     np.testing.assert_allclose(found, (1.0 - share) * vector + share * along_and_away, atol=1e-12)
 
 
@@ -81,7 +81,7 @@ def test_noise_does_not_draw_the_nearest_hit_nearer_than_it_is():
     """The nearest of raw ranges is the one with the largest error of all that face the robot."""
     raw = 0.23 + 0.01 * np.random.default_rng(0).standard_normal((20, 360))
     scans = [LaserScan(0.0, -math.pi, math.radians(1.0), 0.12, 3.5, ranges) for ranges in raw]
-    error = 0.23 - np.mean([smoothed_distances(scan).min() for scan in scans])
+    error = 0.23 - np.mean([smooth_distances(scan).min() for scan in scans])
     assert error < 0.6 * (0.23 - raw.min(axis=1).mean())
 
 
@@ -106,20 +106,20 @@ def test_the_robot_turns_towards_the_vector_at_a_constant_speed_in_the_open(head
 
 def test_the_authors_gains_drive_a_third_of_the_reference_speed():
     limits = RobotParameters(max_speed=2.0, max_yaw_rate=20.0).limits
-    assert authors_pid(unit(0.2), 0.0, 1.0, limits)[::2] == pytest.approx((1.0 / 3.0, 0.4))
-    assert authors_pid(unit(2.0), 0.0, 1.0, limits)[::2] == pytest.approx((0.25 / 3.0, 4.0))
+    assert follow_authors_pid(unit(0.2), 0.0, 1.0, limits)[::2] == pytest.approx((1.0 / 3.0, 0.4))
+    assert follow_authors_pid(unit(2.0), 0.0, 1.0, limits)[::2] == pytest.approx((0.25 / 3.0, 4.0))
 
 
 def test_the_readings_of_the_nearest_vector_lead_along_it_and_away():
     nearest, guide = Nearest(np.array((-1.0, 0.0)), 1.0), np.array((2.0, 1.0))
-    np.testing.assert_allclose(vector_along(nearest, 0.5 * guide, guide), (0.0, math.hypot(1.0, 0.5)))
-    both = vector_along_and_away(nearest, 0.5 * guide, guide)
+    np.testing.assert_allclose(compute_vector_along(nearest, 0.5 * guide, guide), (0.0, math.hypot(1.0, 0.5)))
+    both = compute_vector_along_and_away(nearest, 0.5 * guide, guide)
     np.testing.assert_allclose(both, (-choices.PUSH * math.hypot(1.0, 0.5), math.hypot(1.0, 0.5)))
 
 
 def test_weights_add_up_and_none_is_less_than_that_of_a_boundary():
-    np.testing.assert_allclose(weights(np.array((0.5, 1.0, 2.0))), (0.25, 0.25, 0.5))
-    assert blend_share(-0.1) == blend_share(choices.RHO) == 1.0
+    np.testing.assert_allclose(compute_weights(np.array((0.5, 1.0, 2.0))), (0.25, 0.25, 0.5))
+    assert compute_blend_share(-0.1) == compute_blend_share(choices.RHO) == 1.0
 
 
 def test_the_tangent_is_that_of_the_boundary():
@@ -127,7 +127,7 @@ def test_the_tangent_is_that_of_the_boundary():
     for theta in (-2.5, -0.4, 0.9, 2.2):
         step = phi(theta + 1e-6) * unit(theta + 1e-6) - phi(theta - 1e-6) * unit(theta - 1e-6)
         expected = step / np.hypot(*step)
-        found = boundary_tangent(theta, phi(theta), 0.9 * math.cos(3.0 * theta))
+        found = compute_boundary_tangent(theta, phi(theta), 0.9 * math.cos(3.0 * theta))
         np.testing.assert_allclose(found, expected, atol=1e-6)
 
 

@@ -9,8 +9,8 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.paper import choices, perceive
-from drake_starnav.paper.blend import smoothed_distances
-from drake_starnav.paper.star_region import fit_boundary, polar_coordinates, range_profile
+from drake_starnav.paper.blend import smooth_distances
+from drake_starnav.paper.star_region import compute_polar_coordinates, fit_boundary, make_range_profile
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered
@@ -21,7 +21,7 @@ SETTINGS = PerceptionSettings(MARGINS, disc(RADIUS))
 @pytest.mark.parametrize(("reach", "less"), [(math.inf, 0.0), (math.inf, 0.25), (2.0, 0.0)])
 def test_each_beam_counts_alone(reach: float, less: float) -> None:
     scan = cast(scattered(np.random.default_rng(1)))
-    samples, limit, *_ = range_profile(scan, scan.distances, RADIUS, reach, less)
+    samples, limit, *_ = make_range_profile(scan, scan.distances, RADIUS, reach, less)
     np.testing.assert_allclose(samples[::2], np.clip(scan.distances - less, 0.0, min(5.0, reach) - less))
     np.testing.assert_allclose(limit, min(5.0, reach) - less)
 
@@ -44,13 +44,13 @@ def test_nothing_is_certified_but_hits_and_times_are_kept() -> None:
     surroundings = seen.surroundings
     assert not surroundings.has_views and not surroundings.certified_star.values.any()
     assert surroundings.time == scan.time
-    distance = np.sort(smoothed_distances(scan)[scan.hits])
+    distance = np.sort(smooth_distances(scan)[scan.hits])
     near = distance[distance < choices.RANGE]
     np.testing.assert_allclose(np.sort(np.hypot(*surroundings.recent_hits.hits.points.T)), near)
 
 
 def test_points_are_as_far_and_where_the_lidar_sees_them() -> None:
-    theta, distance = polar_coordinates(np.array([(1.0, 3.0), (-1.0, 2.0)]), np.array((1.0, 2.0)))
+    theta, distance = compute_polar_coordinates(np.array([(1.0, 3.0), (-1.0, 2.0)]), np.array((1.0, 2.0)))
     np.testing.assert_allclose((theta, distance), ((0.5 * math.pi, math.pi), (1.0, 2.0)))
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drake_starnav.geometry.polyline import distance_to_segment
+from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
@@ -159,7 +159,7 @@ def ring(place: np.ndarray, radius: float) -> np.ndarray:
 
 
 def distance_to_way(points: np.ndarray, way: np.ndarray) -> np.ndarray:
-    legs = [distance_to_segment(points, a, b) for a, b in zip(way[:-1], way[1:], strict=True)]
+    legs = [measure_segment_distance(points, a, b) for a, b in zip(way[:-1], way[1:], strict=True)]
     return np.min(legs, axis=0)
 
 

@@ -8,7 +8,7 @@ import pytest
 from drake_starnav import parse_scenario
 from drake_starnav.control import ControllerParameters
 from drake_starnav.runtime import Navigator, read_log
-from drake_starnav.runtime.calibration import calibration, drive_of, lidar_of, mask_of, observed
+from drake_starnav.runtime.calibration import calibrate, estimate_drive, estimate_lidar, estimate_mask, select_observed
 from drake_starnav.runtime.log import RunLog
 from drake_starnav.runtime.navigator import Command
 from drake_starnav.worlds.world import World
@@ -67,49 +67,51 @@ def logged(tmp_path, text="", seconds=14.0, took=0.0, **flaws):
 
 
 def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
-    seen = observed(*logged(tmp_path))
-    drive = drive_of(seen)
+    seen = select_observed(*logged(tmp_path))
+    drive = estimate_drive(seen)
     assert drive["delay"] == drive["error"] == 0.0 and drive["slip"] <= 0.01
-    lidar = lidar_of(seen)
+    lidar = estimate_lidar(seen)
     assert lidar["beams"] == 360 and lidar["rate"] == 20.0 and lidar["delay"] == 0.0
     assert lidar["noise"] == pytest.approx(0.01, abs=0.0021)
-    assert mask_of(seen) == []
+    assert estimate_mask(seen) == []
 
 
 @pytest.mark.parametrize("late", [0, 3, 10])
 def test_the_delay_of_commands(tmp_path, late) -> None:
-    assert drive_of(observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(PERIOD * late, abs=0.0101)
+    assert estimate_drive(select_observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(
+        PERIOD * late, abs=0.0101
+    )
 
 
 @pytest.mark.parametrize("slip", [0.05, 0.15])
 def test_slip(tmp_path, slip) -> None:
-    assert slip <= drive_of(observed(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03
+    assert slip <= estimate_drive(select_observed(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03
 
 
 @pytest.mark.parametrize("ground", [0.0, 0.08, 0.25])
 def test_slip_of_the_ground_that_odometry_does_not_show(tmp_path, ground) -> None:
     log, scenario = logged(tmp_path, ground=ground)
-    declared = parse_scenario(calibration(log, scenario), name="calibrated")
+    declared = parse_scenario(calibrate(log, scenario), name="calibrated")
     assert ground <= declared.localization.drift <= 1.25 * ground / (1.0 - ground) + (ground > 0.0) * 0.02
 
 
 @pytest.mark.parametrize("noise", [0.002, 0.03])
 def test_noise(tmp_path, noise) -> None:
-    found = lidar_of(observed(*logged(tmp_path, f"lidar: {{noise: {noise}}}")))["noise"]
+    found = estimate_lidar(select_observed(*logged(tmp_path, f"lidar: {{noise: {noise}}}")))["noise"]
     assert noise * 0.85 <= found <= noise * 1.25 + 0.001
 
 
 def test_lost_beams_and_delay_of_scans(tmp_path) -> None:
-    lidar = lidar_of(observed(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
+    lidar = estimate_lidar(select_observed(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
     assert lidar["dropout"] == pytest.approx(0.1, abs=0.01)
     assert lidar["delay"] == pytest.approx(4 * PERIOD, abs=0.002)  # each comes at a step: none waits for one
 
 
 def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
-    seen = observed(*logged(tmp_path, own=(40, 41, 42, 300)))
+    seen = select_observed(*logged(tmp_path, own=(40, 41, 42, 300)))
     step = 2.0 * math.pi / 360
     wanted = [(-math.pi + (a - 0.5) * step, -math.pi + (b + 0.5) * step) for a, b in ((40, 42), (300, 300))]
-    mask = mask_of(seen)
+    mask = estimate_mask(seen)
     assert mask is not None and np.allclose(mask, wanted, atol=1e-4)
     scan = seen.scans[-1][1].masked(mask)
     assert np.flatnonzero(np.isnan(scan.ranges)).tolist() == [40, 41, 42, 300]
@@ -117,12 +119,12 @@ def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
 
 def test_a_robot_that_hardly_moved_does_not_know_what_of_it_is_seen(tmp_path) -> None:
     log, scenario = logged(tmp_path, seconds=3.2, own=(40,))
-    assert "  # mask: unknown" in calibration(log, scenario)
+    assert "  # mask: unknown" in calibrate(log, scenario)
 
 
 def test_its_yaml_is_a_scenario_s(tmp_path) -> None:
     log, scenario = logged(tmp_path, late=5, slip=0.05, own=(40,))
-    text = calibration(log, scenario)
+    text = calibrate(log, scenario)
     declared = parse_scenario(text, name="calibrated")
     assert len(declared.lidar.mask) == 1
     assert declared.drive.delay == pytest.approx(5 * PERIOD, abs=0.011) and declared.drive.slip >= 0.05
@@ -139,6 +141,6 @@ def test_each_of_two_lidars_is_declared(tmp_path) -> None:
         log.note(robot.read(), command)
         robot.drive(command)
     log.close()
-    declared = parse_scenario(calibration(read_log(tmp_path / "run.mcap"), scenario), name="calibrated")
+    declared = parse_scenario(calibrate(read_log(tmp_path / "run.mcap"), scenario), name="calibrated")
     assert [lidar.frame for lidar in declared.lidars] == ["front", "rear"]
     assert [lidar.rate for lidar in declared.lidars] == [10.0, 10.0]

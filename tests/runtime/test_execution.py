@@ -8,7 +8,15 @@ import pytest
 from drake_starnav import Scenario, parse_scenario
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime import Odometry
-from drake_starnav.runtime.execution import Execution, Told, compared, denied, judged, not_executed, with_command
+from drake_starnav.runtime.execution import (
+    Execution,
+    Told,
+    add_command,
+    compare_motion,
+    describe_not_executed,
+    is_pose_denied,
+    judge_execution,
+)
 from drake_starnav.runtime.intake import PosedScan
 
 PLAIN = Scenario("plain", None)
@@ -33,7 +41,7 @@ def test_a_base_that_does_what_it_is_told(base) -> None:
     told, rows = run(**base)
     scenario = parse_scenario(f"drive: {{delay: {base.get('delay', 0.0)}}}", name="late")
     for k in range(3, len(rows)):
-        assert not_executed(told[:k], rows[:k], scenario) == ""
+        assert describe_not_executed(told[:k], rows[:k], scenario) == ""
 
 
 @pytest.mark.parametrize(
@@ -42,20 +50,20 @@ def test_a_base_that_does_what_it_is_told(base) -> None:
 )
 def test_one_that_does_not(base, text) -> None:
     told, rows = run(**base, omega=1.0)
-    found = [not_executed(told[:k], rows[:k], PLAIN) for k in range(len(rows))]
+    found = [describe_not_executed(told[:k], rows[:k], PLAIN) for k in range(len(rows))]
     assert any(text in each for each in found)
 
 
 def test_one_that_moves_though_told_to_stand() -> None:
     told = [Told(0.02 * k, 0.0, 0.0, 0.0) for k in range(60)]
     rows = [Odometry(0.02 * k, 0.004 * k, 0.0, 0.0, 0.2, 0.0) for k in range(60)]
-    assert "0.00 m commanded" in not_executed(told, rows, PLAIN)
+    assert "0.00 m commanded" in describe_not_executed(told, rows, PLAIN)
 
 
 def test_declared_slip_and_error_allow_for_more() -> None:
     told, rows = run(speed=0.8)
-    assert not_executed(told, rows, PLAIN)
-    assert not_executed(told, rows, parse_scenario("drive: {slip: 0.2}", name="slippery")) == ""
+    assert describe_not_executed(told, rows, PLAIN)
+    assert describe_not_executed(told, rows, parse_scenario("drive: {slip: 0.2}", name="slippery")) == ""
 
 
 def test_a_car_that_drives_backwards_and_aside() -> None:
@@ -66,7 +74,7 @@ def test_a_car_that_drives_backwards_and_aside() -> None:
         rows.append(Odometry(0.02 * k, *pose, -0.4, 0.1, 0.2))
         c, s = math.cos(pose[2]), math.sin(pose[2])
         pose = pose + np.array(((-0.4 * c - 0.2 * s) * 0.02, (-0.4 * s + 0.2 * c) * 0.02, yaw))
-    asked, driven, time = compared(told, rows, 0.0)
+    asked, driven, time = compare_motion(told, rows, 0.0)
     assert driven == pytest.approx(asked, abs=5e-3) and time == pytest.approx(1.18)
 
 
@@ -79,13 +87,13 @@ def looks(moved, ranges, pose=(0.0, 0.0, 0.0)):
 
 def test_scans_speak_against_a_pose_that_stays() -> None:
     ranges = np.linspace(1.0, 3.0, 100)
-    assert denied(looks(0.5, ranges)) and not denied(looks(0.02, ranges))
+    assert is_pose_denied(looks(0.5, ranges)) and not is_pose_denied(looks(0.02, ranges))
     few = np.where(np.arange(100) < 5, 1.0, math.inf)
-    assert denied(looks(0.0, few))  # nobody knows
+    assert is_pose_denied(looks(0.0, few))  # nobody knows
     moved = [look._replace(pose=np.array((0.1 * k, 0.0, 0.0))) for k, look in enumerate(looks(0.5, ranges))]
-    assert not denied(moved) and not denied([])
+    assert not is_pose_denied(moved) and not is_pose_denied([])
     fewer = looks(0.0, ranges)[:1] + looks(0.0, ranges[:50])
-    assert denied(fewer)
+    assert is_pose_denied(fewer)
 
 
 def test_a_base_is_tried_again_once_it_stands_and_once_only() -> None:
@@ -93,8 +101,8 @@ def test_a_base_is_tried_again_once_it_stands_and_once_only() -> None:
     for k in range(400):
         t = 0.02 * k
         rows.append(Odometry(t, 0.0, 0.0, 0.0, 0.0, 0.0))
-        execution = judged(execution, t, rows, PLAIN)
-        execution = with_command(execution, Told(t, 0.0 if execution.why else 0.8, 0.0, 0.0), 0.0)
+        execution = judge_execution(execution, t, rows, PLAIN)
+        execution = add_command(execution, Told(t, 0.0 if execution.why else 0.8, 0.0, 0.0), 0.0)
         said.append((bool(execution.why), execution.lasts))
     changes = [each for each, before in zip(said[1:], said, strict=False) if each != before]
     assert changes == [(True, False), (False, False), (True, True)]

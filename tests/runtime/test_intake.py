@@ -16,15 +16,15 @@ from drake_starnav.runtime.intake import (
     WITHDRAWN,
     Declared,
     Intake,
-    canonical,
-    extrapolated,
-    false_scan,
-    goal_of,
-    next_scan,
-    pose_at,
-    state_at,
-    taken,
-    with_new_clock,
+    describe_false_scan,
+    estimate_state,
+    extrapolate_pose,
+    find_next_scan,
+    interpolate_pose,
+    make_canonical_scan,
+    read_goal,
+    restart_clock,
+    take_messages,
     within_range,
 )
 
@@ -54,43 +54,43 @@ ARC = tuple(arc(0.02 * k) for k in range(51))
 
 @pytest.mark.parametrize("time", [0.0, 0.005, 0.49, 0.999])
 def test_poses_between_are_interpolated(time) -> None:
-    assert pose_at(ARC, time, 0.0) == pytest.approx(arc(time)[1:4], abs=1e-4)
+    assert interpolate_pose(ARC, time, 0.0) == pytest.approx(arc(time)[1:4], abs=1e-4)
 
 
 @pytest.mark.parametrize(("end", "way"), [(1.0, 1.0), (0.0, -1.0)])
 def test_poses_after_and_before_are_extrapolated_for_a_short_time(end, way) -> None:
-    assert pose_at(ARC, end + 0.02 * way, AHEAD) == pytest.approx(arc(end + 0.02 * way)[1:4], abs=1e-6)
-    assert pose_at(ARC, end + 0.04 * way, AHEAD) is None
-    assert pose_at((), 0.0, AHEAD) is None
+    assert interpolate_pose(ARC, end + 0.02 * way, AHEAD) == pytest.approx(arc(end + 0.02 * way)[1:4], abs=1e-6)
+    assert interpolate_pose(ARC, end + 0.04 * way, AHEAD) is None
+    assert interpolate_pose((), 0.0, AHEAD) is None
 
 
 def test_an_omnidirectional_base_is_extrapolated_aside() -> None:
-    assert extrapolated(Odometry(0.0, 1.0, 2.0, math.pi / 2, 0.0, 0.0, 0.5), 0.1) == pytest.approx(
+    assert extrapolate_pose(Odometry(0.0, 1.0, 2.0, math.pi / 2, 0.0, 0.0, 0.5), 0.1) == pytest.approx(
         (0.95, 2.0, math.pi / 2)
     )
 
 
 def test_the_state_is_stale_after_patience() -> None:
-    assert state_at(ARC, 1.0 + PATIENCE - 1e-6) == pytest.approx((*arc(1.1)[1:4], 0.8, 0.5), abs=1e-5)
-    assert state_at(ARC, 1.0 + PATIENCE + 1e-3) is None
-    assert state_at((), 0.0) is None
+    assert estimate_state(ARC, 1.0 + PATIENCE - 1e-6) == pytest.approx((*arc(1.1)[1:4], 0.8, 0.5), abs=1e-5)
+    assert estimate_state(ARC, 1.0 + PATIENCE + 1e-3) is None
+    assert estimate_state((), 0.0) is None
 
 
 def test_a_scan_waits_for_its_pose() -> None:
-    intake = taken(Intake.empty(1), 0.5, [scan_at((0, 0, 0), 0.49)], [arc(0.4)], ONE)
-    intake, look = next_scan(intake, 0.5)
+    intake = take_messages(Intake.empty(1), 0.5, [scan_at((0, 0, 0), 0.49)], [arc(0.4)], ONE)
+    intake, look = find_next_scan(intake, 0.5)
     assert look is None and len(intake.waiting) == 1
-    intake = taken(intake, 0.52, [], [arc(0.5)], ONE)
-    intake, look = next_scan(intake, 0.52)
+    intake = take_messages(intake, 0.52, [], [arc(0.5)], ONE)
+    intake, look = find_next_scan(intake, 0.52)
     assert look.scan.time == 0.49 and look.pose == pytest.approx(arc(0.49)[1:4], abs=1e-3)
-    assert next_scan(intake, 0.52)[1] is None
+    assert find_next_scan(intake, 0.52)[1] is None
 
 
 def test_scans_of_several_lidars_come_in_the_order_of_their_stamps() -> None:
     scans = [(0, scan_at((0, 0, 0), 0.45)), (1, scan_at((0, 0, 0), 0.44)), (0, scan_at((0, 0, 0), 0.47))]
-    intake, found = taken(Intake.empty(2), 0.5, scans, ARC[:26], TWO), []
+    intake, found = take_messages(Intake.empty(2), 0.5, scans, ARC[:26], TWO), []
     while True:
-        intake, look = next_scan(intake, 0.5)
+        intake, look = find_next_scan(intake, 0.5)
         if look is None:
             break
         found.append((look.lidar, look.scan.time))
@@ -108,13 +108,13 @@ def test_scans_of_several_lidars_come_in_the_order_of_their_stamps() -> None:
     ],
 )
 def test_what_a_scan_has_less_of_than_declared(change, said) -> None:
-    assert said in false_scan(dataclasses.replace(scan_at((0, 0, 0)), **change), LIDAR)
-    assert false_scan(scan_at((0, 0, 0)), LIDAR) == ""
+    assert said in describe_false_scan(dataclasses.replace(scan_at((0, 0, 0)), **change), LIDAR)
+    assert describe_false_scan(scan_at((0, 0, 0)), LIDAR) == ""
 
 
 def test_a_ros_message_s_numbers_change_nothing_twice() -> None:
-    once = canonical(scan_at((0.1, 0.2, 0.3), 1.7e9 + 0.123456789))
-    twice = canonical(once)
+    once = make_canonical_scan(scan_at((0.1, 0.2, 0.3), 1.7e9 + 0.123456789))
+    twice = make_canonical_scan(once)
     assert once.ranges.tobytes() == twice.ranges.tobytes() and once.full_circle
     assert once.angle_increment == twice.angle_increment and once.time == 1.7e9 + 0.123456789
 
@@ -132,32 +132,32 @@ def test_a_ros_message_s_numbers_change_nothing_twice() -> None:
     ],
 )
 def test_odometry_that_is_dropped_is_counted(rows, why) -> None:
-    assert dict(taken(Intake.empty(1), 0.1, [], rows, ONE).dropped) == {why: 1}
+    assert dict(take_messages(Intake.empty(1), 0.1, [], rows, ONE).dropped) == {why: 1}
 
 
 @pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
 def test_a_robot_that_halts_on_its_way_does_not_jump(share) -> None:
-    x, y, yaw = extrapolated(arc(0.0), 0.5 * share)
+    x, y, yaw = extrapolate_pose(arc(0.0), 0.5 * share)
     rows = [arc(0.0), Odometry(0.5, x, y, yaw, 0.0, 0.0)]
-    intake = taken(Intake.empty(1), 0.5, [], rows, ONE)
+    intake = take_messages(Intake.empty(1), 0.5, [], rows, ONE)
     assert not intake.dropped and len(intake.rows) == 2
 
 
 @pytest.mark.parametrize("place", [(-0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, -2.0)])
 def test_one_that_is_beside_its_way_does(place) -> None:
     rows = [Odometry(0.0, 0.0, 0.0, 0.0, 0.8, 0.0), Odometry(0.5, *place, 0.0, 0.0)]
-    assert dict(taken(Intake.empty(1), 0.5, [], rows, ONE).dropped) == {"jump of the odometry": 1}
+    assert dict(take_messages(Intake.empty(1), 0.5, [], rows, ONE).dropped) == {"jump of the odometry": 1}
 
 
 def test_declared_jumps_are_no_fault() -> None:
     rows = [arc(0.0), arc(0.02)._replace(x=0.5)]
-    intake = taken(Intake.empty(1), 0.1, [], rows, ONE._replace(jumps=True))
+    intake = take_messages(Intake.empty(1), 0.1, [], rows, ONE._replace(jumps=True))
     assert not intake.dropped and len(intake.rows) == 2
 
 
 @pytest.mark.parametrize("goal", [(1, 2), [1.0, 2.0, 3.0], np.array((1.0, 2.0))])
 def test_goals(goal) -> None:
-    assert goal_of(goal) == tuple(map(float, goal)) and goal_of(WITHDRAWN) is goal_of(None) is None
+    assert read_goal(goal) == tuple(map(float, goal)) and read_goal(WITHDRAWN) is read_goal(None) is None
 
 
 def stamped(time, ranges, **changes) -> LaserScan:
@@ -170,7 +170,7 @@ def believed(scans, speed=0.5):
     for k, ranges in enumerate(scans):
         time = 1.0 + 0.1 * k
         row = Odometry(time, 0.1 * k * speed, 0.0, 0.0, speed, 0.0)
-        intake, posed = next_scan(taken(intake, time, [stamped(time, ranges)], [row], ONE), time)
+        intake, posed = find_next_scan(take_messages(intake, time, [stamped(time, ranges)], [row], ONE), time)
         count += posed is not None
     return count, intake
 
@@ -197,23 +197,23 @@ def test_hits_that_cannot_be_gone_are_missed() -> None:
 def test_a_sweep_is_held_against_the_declared_rate(share, is_said) -> None:
     increment = share / LIDAR.rate / LIDAR.beams
     scan = stamped(0.0, np.full(LIDAR.beams, 2.0), time_increment=increment)
-    assert ("time_increment" in false_scan(scan, LIDAR)) == is_said
+    assert ("time_increment" in describe_false_scan(scan, LIDAR)) == is_said
 
 
 @pytest.mark.parametrize(("range_max", "no_return"), [(1.1, 1.05), (1.0, 0.98), (1.0, 1.0), (1.1, 1.1)])
 def test_ranges_reach_no_farther_than_declared(range_max, no_return) -> None:
     ranges = np.where(np.arange(LIDAR.beams) < 50, 2.0, no_return * LIDAR.range_max)
-    scan = within_range(canonical(stamped(0.0, ranges, range_max=range_max * LIDAR.range_max)), LIDAR)
+    scan = within_range(make_canonical_scan(stamped(0.0, ranges, range_max=range_max * LIDAR.range_max)), LIDAR)
     assert (scan.ranges[50:] >= scan.range_max).all() and (scan.ranges[:50] == 2.0).all()
     assert scan.range_max == pytest.approx(min(no_return, 1.0) * LIDAR.range_max)
 
 
 @pytest.mark.parametrize("gap", [0.02, 2.0, 60.0])
 def test_an_odometry_that_begins_anew_has_jumped_however_long_it_was_silent(gap) -> None:
-    intake = taken(Intake.empty(1), 1.0, [], [Odometry(1.0, 4.0, 1.0, 0.5, 0.5, 0.0)], ONE)
-    restarted = taken(intake, 1.0 + gap, [], [Odometry(1.0 + gap, 0.0, 0.0, 0.0, 0.0, 0.0)], ONE)
+    intake = take_messages(Intake.empty(1), 1.0, [], [Odometry(1.0, 4.0, 1.0, 0.5, 0.5, 0.0)], ONE)
+    restarted = take_messages(intake, 1.0 + gap, [], [Odometry(1.0 + gap, 0.0, 0.0, 0.0, 0.0, 0.0)], ONE)
     assert restarted.jumped == 1.0 + gap
-    with_clock = taken(with_new_clock(intake, 0.0), 0.0, [], [Odometry(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)], ONE)
+    with_clock = take_messages(restart_clock(intake, 0.0), 0.0, [], [Odometry(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)], ONE)
     assert with_clock.jumped == 0.0
-    goes_on = taken(with_new_clock(intake, 0.0), 0.0, [], [Odometry(0.0, 4.01, 1.0, 0.5, 0.5, 0.0)], ONE)
+    goes_on = take_messages(restart_clock(intake, 0.0), 0.0, [], [Odometry(0.0, 4.01, 1.0, 0.5, 0.5, 0.0)], ONE)
     assert goes_on.jumped == -math.inf

@@ -14,7 +14,7 @@ import pytest
 from drake_starnav import StarnavError, load_scenario, parse_scenario
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.runtime import Navigator, read_log, replay
-from drake_starnav.runtime.log import LARGEST_CHUNK, RunLog, scan_message, scan_of
+from drake_starnav.runtime.log import LARGEST_CHUNK, RunLog, decode_scan, encode_scan
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.runtime.ros2_definitions import encode
 from drake_starnav.worlds.view import visible_shapes
@@ -194,10 +194,10 @@ def test_messages_are_ros_s(tmp_path) -> None:
     rosbags = pytest.importorskip("rosbags.typesys")
     store = rosbags.get_typestore(rosbags.Stores.ROS2_JAZZY)
     scan = BareRobot(FOREST).read().scans[0]
-    message = store.deserialize_cdr(scan_message(scan, "lidar"), "sensor_msgs/msg/LaserScan")
+    message = store.deserialize_cdr(encode_scan(scan, "lidar"), "sensor_msgs/msg/LaserScan")
     assert message.header.frame_id == "lidar" and message.header.stamp.sec == int(scan.time)
     assert (
         message.angle_max == np.float32(scan.angle_max) and message.ranges.tolist() == scan.ranges.astype("f4").tolist()
     )
-    assert bytes(store.serialize_cdr(message, "sensor_msgs/msg/LaserScan")) == scan_message(scan, "lidar")
-    assert scan_of(scan_message(scan, "lidar"), scan.time).ranges.tolist() == message.ranges.tolist()
+    assert bytes(store.serialize_cdr(message, "sensor_msgs/msg/LaserScan")) == encode_scan(scan, "lidar")
+    assert decode_scan(encode_scan(scan, "lidar"), scan.time).ranges.tolist() == message.ranges.tolist()

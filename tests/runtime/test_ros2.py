@@ -21,8 +21,8 @@ from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.loading import load_scenario
 from drake_starnav.runtime import Navigator, drive, read_log, replay
 from drake_starnav.runtime.intake import WITHDRAWN
-from drake_starnav.runtime.ros2 import EMPTY, POSE, Ros2, goal_of, odometry_of, scan_of
-from drake_starnav.runtime.ros2_cyclone import Cyclone, configuration
+from drake_starnav.runtime.ros2 import EMPTY, POSE, Ros2, read_goal, read_odometry, read_scan
+from drake_starnav.runtime.ros2_cyclone import Cyclone, make_configuration
 from drake_starnav.runtime.ros2_messages import MESSAGES as MAKE
 
 WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
@@ -160,11 +160,11 @@ def test_a_scan_is_as_of_its_last_beam_and_what_is_none_is_passed_on() -> None:
     head = MAKE.Header(stamp=MAKE.Time(sec=7, nanosec=500_000_000))
     fields = {"angle_min": -1.0, "angle_increment": 0.01, "range_min": 0.1, "range_max": 5.0, "time_increment": 0.001}
     message = MAKE.LaserScan(header=head, ranges=[1.0, math.inf, 0.0, 2.0, math.nan], **fields)
-    scan = scan_of(message)
+    scan = read_scan(message)
     assert isinstance(scan, LaserScan) and scan.time == pytest.approx(7.504)
     np.testing.assert_array_equal(scan.ranges, [1.0, math.inf, math.nan, 2.0, math.nan])
     message.range_max = 0.0
-    assert scan_of(message) is message
+    assert read_scan(message) is message
 
 
 def test_odometry_and_goals() -> None:
@@ -172,22 +172,22 @@ def test_odometry_and_goals() -> None:
     message = MAKE.Odometry(header=MAKE.Header(stamp=MAKE.Time(sec=3)))
     message.pose.pose = MAKE.Pose(position=MAKE.Point(x=1.0, y=2.0), orientation=turn)
     message.twist.twist = MAKE.Twist(linear=MAKE.Vector3(x=0.5, y=0.1), angular=MAKE.Vector3(z=0.2))
-    assert odometry_of(message) == pytest.approx((3.0, 1.0, 2.0, 0.6, 0.5, 0.2, 0.1))
+    assert read_odometry(message) == pytest.approx((3.0, 1.0, 2.0, 0.6, 0.5, 0.2, 0.1))
     goal = MAKE.PoseStamped(header=MAKE.Header(frame_id="odom"), pose=message.pose.pose)
-    assert goal_of(goal, "odom") == pytest.approx((1.0, 2.0, 0.6)) and goal_of(goal, "/odom") is not None
-    assert goal_of(goal, "map") == "in frame odom, and odometry in map"
+    assert read_goal(goal, "odom") == pytest.approx((1.0, 2.0, 0.6)) and read_goal(goal, "/odom") is not None
+    assert read_goal(goal, "map") == "in frame odom, and odometry in map"
     goal.pose.orientation = MAKE.Quaternion(w=0.0)
-    assert goal_of(goal, "odom") == (1.0, 2.0)
+    assert read_goal(goal, "odom") == (1.0, 2.0)
 
 
 def test_loopback_has_no_multicast_and_peers_are_those_of_ros(monkeypatch) -> None:
     monkeypatch.setenv("ROS_STATIC_PEERS", "10.0.0.2;10.0.0.3")
     monkeypatch.setenv("CYCLONEDDS_URI", "file:///own.xml")
-    text = configuration("lo")
+    text = make_configuration("lo")
     assert 'name="lo"' in text and "<AllowMulticast>false" in text and text.endswith(",file:///own.xml")
     assert all(f'<Peer address="{each}"/>' in text for each in ("10.0.0.2", "10.0.0.3", "127.0.0.1"))
     monkeypatch.undo()
-    assert "Peer" not in configuration("") and "IgnoreTypeInformation" in configuration("")
+    assert "Peer" not in make_configuration("") and "IgnoreTypeInformation" in make_configuration("")
 
 
 def test_an_interface_that_is_none_is_refused() -> None:

@@ -7,7 +7,7 @@ pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
-from drake_starnav.runtime.ros2_messages import FIELDS, MESSAGES, PLAIN, dds_name, ros_name
+from drake_starnav.runtime.ros2_messages import FIELDS, MESSAGES, PLAIN, make_dds_name, make_ros_name
 
 OURS, THEIRS = MESSAGES, get_typestore(Stores.ROS2_JAZZY)
 LENGTHS = {"ranges": 361, "intensities": 0, "data": 5, "covariance": 36}
@@ -64,5 +64,5 @@ def test_what_is_not_given_is_zero_empty_or_no_turn() -> None:
 
 
 def test_types_have_two_names() -> None:
-    assert ros_name(dds_name("nav_msgs/Odometry")) == "nav_msgs/Odometry"
-    assert ros_name("DCPSParticipant") == "DCPSParticipant"
+    assert make_ros_name(make_dds_name("nav_msgs/Odometry")) == "nav_msgs/Odometry"
+    assert make_ros_name("DCPSParticipant") == "DCPSParticipant"

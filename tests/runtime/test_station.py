@@ -8,7 +8,7 @@ from pydrake.common.value import Value
 from drake_starnav import Scenario
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.runtime.station import AskedGoal, DriverStation, no_scan
+from drake_starnav.runtime.station import AskedGoal, DriverStation, make_empty_scan
 
 LIDARS = LidarParameters(), LidarParameters(beams=180)
 SCENARIO = Scenario("two", None, lidar=LIDARS[0], lidars=LIDARS)
@@ -17,7 +17,7 @@ SCENARIO = Scenario("two", None, lidar=LIDARS[0], lidars=LIDARS)
 def test_outputs_are_inputs() -> None:
     station = DriverStation(SCENARIO, (ON_AXIS, Mount(0.1, 0.0, 0.0, False)))
     context = station.CreateDefaultContext()
-    scans = [dataclasses.replace(no_scan(lidar), time=float(k)) for k, lidar in enumerate(LIDARS)]
+    scans = [dataclasses.replace(make_empty_scan(lidar), time=float(k)) for k, lidar in enumerate(LIDARS)]
     for name, value in zip(("scan", "scan_2"), scans, strict=True):
         station.GetInputPort(name).FixValue(context, Value(value))
     station.GetInputPort("state").FixValue(context, np.arange(5.0))
@@ -30,7 +30,9 @@ def test_outputs_are_inputs() -> None:
 
 
 def test_before_the_first_scan_all_beams_are_lost() -> None:
-    assert all(no_scan(lidar).lost.all() and len(no_scan(lidar).ranges) == lidar.beams for lidar in LIDARS)
+    assert all(
+        make_empty_scan(lidar).lost.all() and len(make_empty_scan(lidar).ranges) == lidar.beams for lidar in LIDARS
+    )
 
 
 def test_the_goal_is_what_is_asked_for() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from drake_starnav import parse_scenario
 from drake_starnav.robot.motion import Actuation
-from drake_starnav.runtime.watchdog import DEADLINE, PERIOD, Ramp, Watched, ramp_of
+from drake_starnav.runtime.watchdog import DEADLINE, PERIOD, Ramp, Watched, read_ramp
 from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 
 RAMP = Ramp(1.0, 4.0)
@@ -111,7 +111,7 @@ def test_its_ramp_is_the_shield_s(base, braking) -> None:
     robot = parse_scenario(f"robot: {{base: {base}, max_deceleration: {braking}}}", name=base).robot
     act = Actuation(robot.limits, robot.shape, PERIOD, 0.0, robot.drive)
     limits = robot.limits
-    ramp = ramp_of(limits)
+    ramp = read_ramp(limits)
     twist = np.array({"differential": (0.8, -1.5), "omnidirectional": (0.5, -0.3, 1.0), "car": (0.7, 1.2)}[base])
     mine = twist.tolist()
     for _ in range(50):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.polyline import signed_distance
+from drake_starnav.geometry.polyline import measure_signed_distance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.certificates import all_accept
@@ -32,7 +32,7 @@ ELL = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0
 )
 def test_the_distance_is_negative_inside_in_either_order(place, distance) -> None:
     for polygon in (ELL, ELL[::-1]):
-        assert signed_distance(polygon, np.array([place]))[0] == pytest.approx(distance)
+        assert measure_signed_distance(polygon, np.array([place]))[0] == pytest.approx(distance)
 
 
 def driven(certificate, seed: int, speed: float = 0.8) -> tuple[np.ndarray, np.ndarray]:
@@ -57,7 +57,7 @@ def driven(certificate, seed: int, speed: float = 0.8) -> tuple[np.ndarray, np.n
 @given(seeds)
 def test_a_reckless_driver_stays_out_of_the_polygon(seed) -> None:
     places, speeds = driven(KeepOut(SQUARE), seed)
-    assert signed_distance(SQUARE, places).min() >= ROBOT.radius
+    assert measure_signed_distance(SQUARE, places).min() >= ROBOT.radius
     assert speeds.max() > 0.5
 
 
@@ -65,7 +65,7 @@ def test_a_reckless_driver_stays_out_of_the_polygon(seed) -> None:
 @given(seeds, st.floats(0.1, 0.6))
 def test_a_reckless_driver_is_slow_in_the_zone(seed, limit) -> None:
     places, speeds = driven(SpeedZone(SQUARE, limit), seed)
-    inside = signed_distance(SQUARE, places) <= 0.0
+    inside = measure_signed_distance(SQUARE, places) <= 0.0
     assert not inside.any() or speeds[inside].max() <= limit + 1e-9
     assert speeds.max() > 0.6
 

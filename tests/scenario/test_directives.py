@@ -8,8 +8,8 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
-from drake_starnav.utils.resources import model_path
+from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
+from drake_starnav.utils.resources import find_model_path
 
 DIRECTIVES = """
 directives:
@@ -37,7 +37,7 @@ def test_directives_at_the_top_are_those_of_the_model(tmp_path: Path) -> None:
     scenario = load_scenario(file, overrides=["world.start=[0, 1, 0]"])
     inside = "world: !Model" + DIRECTIVES.replace("\n", "\n  ") + "\n  start: [0, 1, 0]\n  goal: [4, 0]"
     assert scenario == parse_scenario(inside, name="mine")
-    assert parse_scenario(scenario_text(scenario), name="mine") == scenario
+    assert parse_scenario(format_scenario(scenario), name="mine") == scenario
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def test_files_of_embedded_directives_are_found_beside_the_scenario(
         f"file://{tmp_path}/more.dmd.yaml",
         "package://mine/b.sdf",
     ]
-    assert parse_scenario(scenario_text(scenario), name="mine") == scenario  # a worker may run elsewhere
+    assert parse_scenario(format_scenario(scenario), name="mine") == scenario  # a worker may run elsewhere
 
 
 def test_directives_are_written_as_they_would_be_by_hand() -> None:
-    text = scenario_text(parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x"))
+    text = format_scenario(parse_scenario("world: !Model {goal: [4, 0]}" + DIRECTIVES, name="x"))
     lines = [line.strip() for line in text.splitlines()]
     for line in ("- add_model:", "name: barrel", "- add_weld:", "rotation: !Rpy {deg: [0, 0, 30]}", "goal: [4, 0]"):
         assert line in lines
@@ -103,7 +103,7 @@ def test_what_the_scenario_does_not_say_is_taken_from_beside_the_model(tmp_path:
     scenario = of(tmp_path, ", max_speed: 0.7", name=name)
     assert (scenario.robot.radius, scenario.robot.max_speed, scenario.lidar.beams) == (0.4, 0.7, 180)
     assert scenario.robot.max_yaw_rate == RobotParameters.max_yaw_rate
-    assert parse_scenario(scenario_text(scenario), name="test") == scenario
+    assert parse_scenario(format_scenario(scenario), name="test") == scenario
 
 
 def test_a_model_may_have_several_lidars(tmp_path: Path) -> None:
@@ -173,10 +173,10 @@ def test_of_radius_and_footprint_one_may_be_taken_back() -> None:
     assert [each.robot.radius for each in robots] == [square.radius, 0.3]
 
 
-@pytest.mark.parametrize("model", sorted(path.stem for path in model_path("robots").glob("*.urdf")))
+@pytest.mark.parametrize("model", sorted(path.stem for path in find_model_path("robots").glob("*.urdf")))
 @pytest.mark.parametrize("name", ["forest", "maze", "room"])
 def test_each_shipped_robot_has_limits_of_its_own(name: str, model: str) -> None:
-    assert model_path("robots", f"{model}.yaml").is_file()
+    assert find_model_path("robots", f"{model}.yaml").is_file()
     scenario = load_scenario(name, overrides=[f"robot.model={model}"])
     assert scenario.robot.limits.max_speed == {"jackal": 2.0, "carrier": 1.0}.get(model, 0.8)
 

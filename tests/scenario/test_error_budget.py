@@ -16,7 +16,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import convert_to_velocity, predict_pose
-from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario, SimulationParameters
 from drake_starnav.station.navigation_station import NavigationStation
@@ -34,7 +34,7 @@ TRACK_SHARE = 0.65
 
 def margin_of(**sections: Any) -> float:
     """The safety margin of a scenario with these sections, m."""
-    return error_budget(Scenario("declared", None, **sections)).total
+    return evaluate_error_budget(Scenario("declared", None, **sections)).total
 
 
 def share(low: float, high: float) -> st.SearchStrategy[float]:
@@ -255,7 +255,7 @@ def test_obstacles_must_be_seen_from_farther_away_by_the_room_that_they_are_left
     obstacles = DynamicObstacleParameters(max_speed=1.5, deceleration=2.5)
     without = dataclasses.replace(obstacles, deceleration=0.0)
     farther, needed = (
-        error_budget(Scenario("room", None, obstacles=each)).symbols["F"] for each in (obstacles, without)
+        evaluate_error_budget(Scenario("room", None, obstacles=each)).symbols["F"] for each in (obstacles, without)
     )
     assert farther - needed == pytest.approx(0.45)
 
@@ -271,7 +271,7 @@ def test_a_robot_stands_before_it_meets_what_comes_from_out_of_range(given: Scen
     # just after a scan it is at the end of the range; the next one arrives just after a command, which is held
     arrives, commanded = scan + given.lidar.delay, scan + given.lidar.delay + 1.0 / given.controller.rate
     assert commanded >= arrives
-    v, range_max = robot_speed * given.robot.max_speed, error_budget(given).symbols["F"]
+    v, range_max = robot_speed * given.robot.max_speed, evaluate_error_budget(given).symbols["F"]
     braking = v / given.robot.max_acceleration
     ways = v * (commanded + drive) + 0.5 * v * braking, speed * (commanded + drive + braking)
     assert range_max - sum(ways) >= -1e-9

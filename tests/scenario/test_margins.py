@@ -9,7 +9,7 @@ from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.margins import LARGEST_MARGIN, derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -147,7 +147,7 @@ def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop
     scenario = declaring(
         "robot.max_speed=2", "robot.max_acceleration=1.5", f"lidar.beams={beams}", f"lidar.noise={noise}"
     )
-    lidar, distance = scenario.lidar, error_budget(scenario).symbols["D"]
+    lidar, distance = scenario.lidar, evaluate_error_budget(scenario).symbols["D"]
     assert distance >= 0.25 + 1.2
     for scan in wedge_scans(60.0, distance, lidar):
         too_far = scan.distances.min() - distance
@@ -156,7 +156,7 @@ def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop
 
 def test_corners_stick_out_farther_between_beams_of_a_lidar_that_is_off_the_axis() -> None:
     scenario, mount = declaring("lidar.beams=120"), Mount(0.1, 0.2, 0.0, False)
-    farther = error_budget(scenario, mount).symbols["D"] - error_budget(scenario).symbols["D"]
+    farther = evaluate_error_budget(scenario, mount).symbols["D"] - evaluate_error_budget(scenario).symbols["D"]
     assert farther == pytest.approx(mount.offset)
     gap = 0.87 * scenario.lidar.widest_gap * mount.offset
     assert derive_margins(scenario, (mount,)).safety == pytest.approx(derive_margins(scenario).safety + gap)

@@ -8,13 +8,13 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
-from drake_starnav.scenario.shipped import METHODS, scenario_names
+from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
+from drake_starnav.scenario.shipped import METHODS, list_scenario_names
 
 
 def test_shipped_scenarios_load_with_every_method() -> None:
-    assert {"forest", "room"} <= set(scenario_names())
-    for name in scenario_names():
+    assert {"forest", "room"} <= set(list_scenario_names())
+    for name in list_scenario_names():
         for method in METHODS:
             assert load_scenario(name, method=method).name == name
 
@@ -92,7 +92,7 @@ def test_paths_are_relative_to_the_file_that_names_them(tmp_path: Path, monkeypa
     assert load_scenario("scenarios/mine.yaml").world.file == str(tmp_path / "maps" / "mine.yaml")
     given = load_scenario("scenarios/mine.yaml", overrides=["world.file=maps/other.yaml"])
     assert given.world.file == str(tmp_path / "maps" / "other.yaml")
-    assert parse_scenario(scenario_text(given), name="mine") == given  # a worker may run elsewhere
+    assert parse_scenario(format_scenario(given), name="mine") == given  # a worker may run elsewhere
     assert parse_scenario("world: !RosMap {file: a.yaml}", name="x").world.file == str(tmp_path / "a.yaml")
 
 
@@ -110,7 +110,7 @@ def test_each_of_several_lidars_has_the_values_of_the_lidar_where_it_says_nothin
         ("rear", 100, 10.0, 0.02),
     ]
     assert scenario.lidar is scenario.lidars[0]
-    assert parse_scenario(scenario_text(scenario), name="two") == scenario
+    assert parse_scenario(format_scenario(scenario), name="two") == scenario
     assert parse_scenario("world: !Room {}", name="two", overrides=["lidars=[{frame: a}]"]).lidar.frame == "a"
     lone = parse_scenario("world: !Room {}", name="one")
     assert lone.lidars == () and lone.all_lidars == (lone.lidar,)
@@ -119,7 +119,7 @@ def test_each_of_several_lidars_has_the_values_of_the_lidar_where_it_says_nothin
 def test_goals_are_places_with_or_without_a_heading() -> None:
     scenario = parse_scenario("world: !Room {}\ngoals: [[1, 2], [3, 4, 1.5]]", name="two")
     assert scenario.goals == ((1, 2), (3, 4, 1.5))
-    assert parse_scenario(scenario_text(scenario), name="two") == scenario
+    assert parse_scenario(format_scenario(scenario), name="two") == scenario
     assert parse_scenario("world: !Room {}", name="one", overrides=["goals=[[5, 6]]"]).goals == ((5, 6),)
     assert parse_scenario("world: !Room {}", name="none").goals == ()
 
@@ -136,7 +136,7 @@ def test_each_robot_has_what_is_said_of_all_and_what_its_own_model_says() -> Non
     assert (a.robot.radius, b.robot.radius) == (0.25, 0.334) and b.robot.max_yaw_rate == 4.0
     assert a.robot.max_speed == b.robot.max_speed == 0.4 and b.lidar.beams == 90
     assert scenario.world.start == [0, 0, 0] and scenario.world.goal == [1, 2]
-    assert parse_scenario(scenario_text(scenario), name="two") == scenario
+    assert parse_scenario(format_scenario(scenario), name="two") == scenario
 
 
 @pytest.mark.parametrize(
@@ -194,10 +194,10 @@ def test_robots_know_how_fast_and_how_large_the_others_are() -> None:
     assert (large.obstacles.max_speed, large.obstacles.max_radius) == (small.robot.max_speed, small.robot.radius)
 
 
-@pytest.mark.parametrize("name", scenario_names())
+@pytest.mark.parametrize("name", list_scenario_names())
 def test_shipped_scenarios_survive_their_own_text(name: str) -> None:
     scenario = load_scenario(name, method="star_paper")
-    assert parse_scenario(scenario_text(scenario), name=name, method="star_paper") == scenario
+    assert parse_scenario(format_scenario(scenario), name=name, method="star_paper") == scenario
 
 
 @pytest.mark.parametrize(

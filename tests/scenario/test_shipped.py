@@ -6,8 +6,8 @@ import sys
 import pytest
 import yaml
 
-from drake_starnav.scenario.scenario_file import scenario_path
-from drake_starnav.scenario.shipped import scenario_names
+from drake_starnav.scenario.scenario_file import find_scenario
+from drake_starnav.scenario.shipped import list_scenario_names
 
 
 def test_help_is_shown_before_anything_heavy_is_imported() -> None:
@@ -22,8 +22,8 @@ def test_help_is_shown_before_anything_heavy_is_imported() -> None:
     assert done.stdout.splitlines()[-1] == ""
 
 
-@pytest.mark.parametrize("name", [name for name in scenario_names() if not name.startswith("paper_")])
+@pytest.mark.parametrize("name", [name for name in list_scenario_names() if not name.startswith("paper_")])
 def test_shipped_scenarios_say_what_is_and_not_how_to_drive(name: str) -> None:
-    keys = yaml.compose(scenario_path(name).read_text(encoding="utf-8"), yaml.SafeLoader).value
+    keys = yaml.compose(find_scenario(name).read_text(encoding="utf-8"), yaml.SafeLoader).value
     sections = {key.value for key, _ in keys}
     assert sections <= {"world", "robot", "lidar", "localization", "drive", "obstacles", "simulation", "robots"}

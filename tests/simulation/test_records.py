@@ -9,11 +9,11 @@ import pytest
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import parse_scenario
 from drake_starnav.robot import RobotParameters
-from drake_starnav.simulation.records import driven_record, record_comparison, robots_record
+from drake_starnav.simulation.records import make_driven_record, make_robots_record, record_comparison
 from drake_starnav.simulation.robots import RobotTrial
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import trial_record
-from drake_starnav.visualization.plot import moment_picture
+from drake_starnav.simulation.trial import make_trial_record
+from drake_starnav.visualization.plot import draw_moment
 from drake_starnav.visualization.tracks import COLORS
 from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
@@ -27,20 +27,20 @@ SEVERAL = f"""{WORLD}robots:
 
 def test_several_are_one_record_and_one_recording(tmp_path) -> None:
     scenario = parse_scenario(SEVERAL, name="two")
-    record = driven_record(scenario, seed=3, html=tmp_path / "two.html")
+    record = make_driven_record(scenario, seed=3, html=tmp_path / "two.html")
     assert [each["robot"] for each in record["robots"]] == ["round", "long"]
     assert record["min_gap_m"] == record["robots"][0]["min_gap_m"] > 3.0
     assert json.loads(json.dumps(record)) == record
     page = (tmp_path / "two.html").read_text(encoding="utf-8")
     assert "round: timeout after" in page and "2 robots, method star, seed 3" in page
-    assert driven_record(scenario, seed=3)["state_hash"] == record["state_hash"]
+    assert make_driven_record(scenario, seed=3)["state_hash"] == record["state_hash"]
     shorter = parse_scenario(SEVERAL, name="two", overrides=["simulation.timeout=0.1"])
-    assert driven_record(shorter, seed=3)["state_hash"] != record["state_hash"]
+    assert make_driven_record(shorter, seed=3)["state_hash"] != record["state_hash"]
 
 
 @pytest.fixture(scope="module")
 def alone() -> dict:
-    return trial_record(run_trial(parse_scenario(WORLD, name="one")))
+    return make_trial_record(run_trial(parse_scenario(WORLD, name="one")))
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_who_arrives_last_or_not_at_all_decides(alone: dict, ends: list[tuple[st
         RobotTrial(f"r{k}", dataclasses.replace(one, outcome=outcome, time_s=time), 1.0 - 0.1 * k, still)
         for k, (outcome, time) in enumerate(ends)
     ]
-    record = robots_record(trials)
+    record = make_robots_record(trials)
     assert (record["outcome"], record["time_s"]) == ends[decides]
     assert record["min_gap_m"] == trials[-1].min_gap_m
     assert record.keys() - {"robots", "min_gap_m"} == alone.keys()
@@ -83,7 +83,7 @@ def test_plot_shows_robots_where_logged(compared) -> None:
     assert np.hypot(*(first - second)) > 0.3
     layers = recorded.visible(TIME)
     assert len(layers) > 2 * TIME  # trails
-    picture = moment_picture(recorded, TIME)
+    picture = draw_moment(recorded, TIME)
     image = np.asarray(picture, dtype=float) / 255.0
     for motion, color in zip(recorded.motions, COLORS, strict=False):
         for side in (-0.8, 0.8):

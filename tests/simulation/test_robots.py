@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.moving.certificate import ESCAPE, MOVING_MARGIN
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
-from drake_starnav.simulation.robots import run_robots, worlds_of_robots
+from drake_starnav.simulation.robots import make_worlds_of_robots, run_robots
 
 WORLD = "world: !Obstacles {bounds: [-1, -1.5, 5, 1.5]}\nlidar: {range_max: 10.0}\nrobot: {max_speed: 0.5}\n"
 EAST, WEST = "start: [0, 0, 0], goal: [4, 0]", "start: [4, 0, 3.14], goals: [[2, -0.8], [0, 0]]"
@@ -72,7 +72,7 @@ def test_each_robot_has_the_world_up_to_its_own_top() -> None:
     robots = "[{model: starbot}, {model: jackal}]".replace("}", ", start: [1, 1, 0], goal: [4, 4]}", 1)
     robots = robots.replace("jackal}", "jackal, start: [1, 4, 0], goal: [4, 1]}")
     scenario = parse_scenario(f"world: !Maze {{family: open}}\nrobots: {robots}\n", name="balls")
-    low, high = worlds_of_robots(scenario, 1)
+    low, high = make_worlds_of_robots(scenario, 1)
     assert low.height == pytest.approx(0.13) and high.height > 0.15
     np.testing.assert_array_equal(low.spheres, high.spheres)
 

@@ -5,7 +5,7 @@ import pytest
 
 from drake_starnav.loading import parse_scenario
 from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.simulation.trial import Run, goal_occupied
+from drake_starnav.simulation.trial import Run, is_goal_occupied
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.world import World
 
@@ -20,7 +20,7 @@ def occupied(away: float, *, footprint: str = "", goals: str = "", reached: int 
     world = World("test", (0.0, 0.0, 0.0), (3.0, 0.0), moving_obstacles=MovingObstacles(np.array([RADIUS]), (path,)))
     times, states = np.zeros(1), np.zeros((1, 5))
     run = Run("timeout", 5.0, times, states, "", 0, 0.0, goals=tuple(map(float, range(reached))))
-    return goal_occupied(world, run, parse_scenario(text, name="test"))
+    return is_goal_occupied(world, run, parse_scenario(text, name="test"))
 
 
 BAR = "robot: {footprint: [[0.6, -0.2], [0.6, 0.2], [-0.6, 0.2], [-0.6, -0.2]]}\n"

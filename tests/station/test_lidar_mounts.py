@@ -18,12 +18,12 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.loading import load_scenario, parse_scenario
 from drake_starnav.navigation import make_diagram
-from drake_starnav.scenario.error_budget import error_budget
+from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.station.lidar_mounts import ApplyLidarConfig, LidarConfig, mount_of
+from drake_starnav.station.lidar_mounts import ApplyLidarConfig, LidarConfig, find_mount
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
 
@@ -59,7 +59,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def with_frames(name: str, path: Path, frames: dict[str, tuple[str, str]]) -> str:
     """Override for a shipped robot with more frames, written to a path."""
-    text = model_path("robots", f"{name}.urdf").read_text(encoding="utf-8")
+    text = find_model_path("robots", f"{name}.urdf").read_text(encoding="utf-8")
     more = [f'<frame name="{n}" link="base_link" xyz="{xyz}" rpy="{rpy}"/>' for n, (xyz, rpy) in frames.items()]
     path.write_text(text.replace("</robot>", "".join((*more, "</robot>"))), encoding="utf-8")
     return f"robot.model={path}"
@@ -82,14 +82,14 @@ def test_the_mount_follows_from_the_pose_of_the_frame() -> None:
 
 
 def mount(X_BS: RigidTransform, range_max: float = 5.0, height: float = 0.3) -> Mount:
-    return mount_of(X_BS, LidarParameters(frame="laser", range_max=range_max), height)
+    return find_mount(X_BS, LidarParameters(frame="laser", range_max=range_max), height)
 
 
 @pytest.mark.parametrize("rpy", [(0.0, 0.03, 1.0), (0.03, 0.0, 1.0), (math.pi - 0.02, 0.02, 1.0)])
 def test_a_slight_tilt_costs_margin(rpy: tuple[float, float, float]) -> None:
     placed, level = mount(RigidTransform(RollPitchYaw(rpy), [0.0, 0.0, 0.3])), mount(RigidTransform([0.0, 0.0, 0.3]))
     assert placed.tilt == pytest.approx(math.hypot(math.sin(rpy[0]), rpy[1]), rel=0.01) and level.tilt == 0.0
-    more = error_budget(scenario(), placed).total - error_budget(scenario(), level).total
+    more = evaluate_error_budget(scenario(), placed).total - evaluate_error_budget(scenario(), level).total
     assert 0.0005 < more < 0.005
 
 

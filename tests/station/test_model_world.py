@@ -13,16 +13,16 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario, scenario_text
+from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import omniscient_path
+from drake_starnav.simulation.trial import find_omniscient_path
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import add_plant, make_simulator
-from drake_starnav.station.world_geometry import surface_world
-from drake_starnav.worlds import Model, World, clearance
-from drake_starnav.worlds.clearance import nearest_obstacle
+from drake_starnav.station.world_geometry import make_surface_world
+from drake_starnav.worlds import Model, World, compute_clearance
+from drake_starnav.worlds.clearance import find_nearest_obstacle
 from drake_starnav.worlds.world import ROBOT_HEIGHT
 
 KITCHEN = load_scenario("kitchen").world
@@ -64,7 +64,7 @@ def test_footprints_are_where_the_collision_geometry_is() -> None:
     query = scene_graph.get_query_output_port().Eval(context)
     points = np.random.default_rng(0).uniform((-0.2, -0.2), (6.2, 4.2), (400, 2))
     heights = np.linspace(FLOOR_TOLERANCE, ROBOT_HEIGHT, 14)
-    for point, distance in zip(points, clearance(world, points), strict=True):
+    for point, distance in zip(points, compute_clearance(world, points), strict=True):
         if abs(distance) > 0.005:  # between the heights that are looked at, and round solids are a hair too wide
             found = [query.ComputeSignedDistanceToPoint([*point, z], 0.0) for z in heights]
             assert any(any(d.distance < 0.0 for d in at) for at in found) == (distance < 0.0), point
@@ -149,8 +149,8 @@ def test_there_is_no_shortest_path_among_what_moves(tmp_path: Path) -> None:
     world = world_of(path)
     assert world.model.moving
     assert len(world.polygons) == 1
-    assert omniscient_path(world, RADIUS) is None
-    assert omniscient_path(dataclasses.replace(world, model=None), RADIUS) is not None
+    assert find_omniscient_path(world, RADIUS) is None
+    assert find_omniscient_path(dataclasses.replace(world, model=None), RADIUS) is not None
 
 
 def test_a_mesh_without_dents_bars_what_its_convex_hull_does(tmp_path: Path) -> None:
@@ -181,7 +181,7 @@ def test_a_hollow_mesh_bars_what_its_surface_does(tmp_path: Path) -> None:
     (tmp_path / "ring.obj").write_text(ring())
     mesh = '<collision name="walls"><geometry><mesh filename="ring.obj"/></geometry></collision>'
     world = world_of(urdf(tmp_path, mesh), start=[-0.6, 0.0, 0.0], goal=[0.6, 0.0])
-    assert clearance(world, np.array([(0.0, 0.0), (0.9, 0.3)])) == pytest.approx([1.0, 0.1], abs=1e-3)
+    assert compute_clearance(world, np.array([(0.0, 0.0), (0.9, 0.3)])) == pytest.approx([1.0, 0.1], abs=1e-3)
     assert not world.model.moving
     builder = DiagramBuilder()
     station = add_station(
@@ -199,8 +199,8 @@ def test_a_hollow_mesh_bars_what_its_surface_does(tmp_path: Path) -> None:
     own, scene = AddMultibodyPlantSceneGraph(own_builder, 0.01)
     add_model(own, scene, world.model)  # also in a plant of one's own
     assert not scene.model_inspector().GetAllGeometryIds(Role.kProximity)
-    surfaces = surface_world(station.world)
-    assert surfaces is not None and nearest_obstacle(surfaces, (0.9, 0.3))[1] == pytest.approx(0.1, abs=1e-3)
+    surfaces = make_surface_world(station.world)
+    assert surfaces is not None and find_nearest_obstacle(surfaces, (0.9, 0.3))[1] == pytest.approx(0.1, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -240,4 +240,4 @@ def test_directives_may_stand_in_the_scenario() -> None:
     world = make_world_with_footprints(scenario.world, 0, 0.25)
     assert len(world.polygons) > 3
     assert any(np.allclose(cylinder[:2], (3.0, 2.0)) for cylinder in world.cylinders)
-    assert parse_scenario(scenario_text(scenario), name="inline") == scenario
+    assert parse_scenario(format_scenario(scenario), name="inline") == scenario

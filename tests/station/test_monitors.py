@@ -21,7 +21,7 @@ from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
-from drake_starnav.station.monitors import CollisionMonitor, Hull, body_name, contact_in
+from drake_starnav.station.monitors import CollisionMonitor, Hull, find_contact, name_body
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
@@ -40,7 +40,7 @@ class Run:
         self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, footprint=None, told=False, **bars
     ) -> None:
         world = World("test", start, (1.0, 0.0), **bars)
-        surfaces = world_geometry.surface_world(world)
+        surfaces = world_geometry.make_surface_world(world)
         builder = DiagramBuilder()
         self.station = builder.AddSystem(
             NavigationStation(world, Scenario("test", None, ROBOT, LidarParameters(beams=3)))
@@ -98,7 +98,7 @@ def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap, told, footpr
     assert run.name(hull) == "hull"
     assert run.name(obstacle) == name
     assert status.message() == f"collision of base_link with {name} at {run.context.get_time():.3f} s"
-    assert contact_in(status.message()) == f"base_link with {name}"
+    assert find_contact(status.message()) == f"base_link with {name}"
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3])
@@ -138,7 +138,7 @@ def test_a_robot_that_stands_in_the_way_is_struck(speed: float, angle: float) ->
     status = run.until(5.0)
     assert status.reason() == TOUCHED
     assert status.message().startswith("struck on base_link by moving_obstacles::moving_obstacle_0 at ")
-    assert contact_in(status.message()) == "base_link with moving_obstacles::moving_obstacle_0"
+    assert find_contact(status.message()) == "base_link with moving_obstacles::moving_obstacle_0"
     assert run.context.get_time() == pytest.approx(0.5 / speed, abs=2.1 * STEP)
     ((hull, obstacle),) = run.contacts()
     assert (run.name(hull), run.name(obstacle)) == ("hull", "moving_obstacle_0")
@@ -199,4 +199,4 @@ def test_bodies_are_called_as_a_person_calls_them() -> None:
         add(plant.GetBodyByName("lid", model), f"{prefix}crate::lid")
     add(plant.world_body(), "s5")
     plant.Finalize()
-    assert {g: body_name(scene_graph.model_inspector(), g) for g in names} == names
+    assert {g: name_body(scene_graph.model_inspector(), g) for g in names} == names

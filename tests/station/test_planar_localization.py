@@ -10,7 +10,7 @@ from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.station.planar_localization import PlanarLocalization, planar_states
+from drake_starnav.station.planar_localization import PlanarLocalization, read_planar_states
 
 angles = st.floats(-3.1, 3.1)
 numbers = st.floats(-10.0, 10.0)
@@ -64,4 +64,4 @@ def test_many_states_at_once_are_those_of_the_port(rows) -> None:
     positions = [floating(x, y, (0.1, 0.2, yaw)) for x, y, yaw, *_ in rows]
     velocities = [np.array([0.3, 0.1, omega, v_x, v_y, 0.0, 9.0, 9.0]) for *_, v_x, v_y, omega in rows]
     expected = [localized(p, v)[1] for p, v in zip(positions, velocities, strict=True)]
-    assert planar_states(np.hstack((positions, velocities)), 9) == pytest.approx(np.array(expected), abs=1e-9)
+    assert read_planar_states(np.hstack((positions, velocities)), 9) == pytest.approx(np.array(expected), abs=1e-9)

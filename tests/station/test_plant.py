@@ -23,9 +23,9 @@ from drake_starnav.station.navigation_station import Station, add_station
 from drake_starnav.station.plant import (
     DISCRETE_ONLY,
     advance,
+    make_plant_config,
     make_simulator,
     plant_config,
-    scenario_plant_config,
 )
 from drake_starnav.station.robot_geometry import LONGEST_STEP
 from drake_starnav.worlds.world import World
@@ -171,7 +171,7 @@ def test_a_state_that_is_not_finite_ends_the_run_where_it_arises(continuous: boo
 
 def test_settings_are_laid_over_ours() -> None:
     scenario = parse_scenario(WORLD + "plant_config: {penetration_allowance: 0.002}", name="x")
-    config = scenario_plant_config(scenario.plant_config, plant_config(0.005))
+    config = make_plant_config(scenario.plant_config, plant_config(0.005))
     assert (config.penetration_allowance, config.contact_model, config.time_step) == (0.002, "point", 0.005)
     scenario = parse_scenario(WORLD, name="x", overrides=["plant_config.contact_model=hydroelastic_with_fallback"])
     station = make_diagram(scenario).GetSubsystemByName("station")
@@ -205,7 +205,7 @@ def test_what_drake_does_not_know_is_refused(text: str, words: str) -> None:
 
 def test_a_solver_that_would_not_turn_the_wheels_is_refused() -> None:
     with pytest.raises(StarnavError, match="is 'tamsi', .*; allowed: sap, similar, lagged$"):
-        scenario_plant_config({"discrete_contact_approximation": "tamsi"}, plant_config(0.005))
+        make_plant_config({"discrete_contact_approximation": "tamsi"}, plant_config(0.005))
 
 
 def test_steps_too_long_for_a_small_robot_are_refused_with_the_figure(tmp_path) -> None:

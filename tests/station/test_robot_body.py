@@ -17,7 +17,7 @@ from drake_starnav.loading import load_scenario
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, add_station
-from drake_starnav.station.plant import make_simulator, value_of
+from drake_starnav.station.plant import evaluate_port, make_simulator
 from drake_starnav.worlds.world import World
 
 START = (1.0, -2.0, 0.6)
@@ -171,7 +171,7 @@ def test_the_lidar_of_a_large_body_sees_no_floor_where_it_brakes(model: str, rad
     lowest = np.inf
     for time in np.arange(0.003, 4.0, 0.02):  # never at a scan, from which it would differ by rounding
         simulator.AdvanceTo(time)
-        X_WS = value_of(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
+        X_WS = evaluate_port(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
         lowest = min(lowest, X_WS.translation()[2] - 60.0 * np.hypot(*X_WS.rotation().matrix()[2, :2]))
     assert lowest > 0.0
 
@@ -183,5 +183,5 @@ def test_a_robot_does_not_tip_over_wherever_its_body_lies() -> None:
     simulator = make_simulator(station)
     station.GetInputPort("drive.twist_command").FixValue(simulator.get_mutable_context(), np.zeros(2))
     simulator.AdvanceTo(0.5)
-    X_WS = value_of(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
+    X_WS = evaluate_port(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
     assert X_WS.rotation().matrix()[2, 2] > 0.9999

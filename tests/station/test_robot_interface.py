@@ -20,7 +20,7 @@ from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds.world import World
 
 SCENARIO = parse_scenario("world: !Obstacles {}\nlidar: {beams: 72, noise: 0}", name="own plant")
@@ -38,7 +38,7 @@ class OwnPlant:
             world, RigidTransform(), HalfSpace(), "ground", CoulombFriction(1.0, 1.0)
         )
         self.model = add_robot(self.plant, self.scene_graph, SCENARIO.robot, (0.0, 0.0, 0.0))
-        (self.arm,) = Parser(self.plant).AddModels(str(model_path("arms", "lift_arm.urdf")))
+        (self.arm,) = Parser(self.plant).AddModels(str(find_model_path("arms", "lift_arm.urdf")))
         base, foot = (self.plant.GetFrameByName(name) for name in ("base_link", "foot"))
         self.plant.WeldFrames(base, foot, RigidTransform([-0.13, 0.0, 0.081]))
         for name, angle in zip(("turn", "lift", "bend"), posture, strict=True):

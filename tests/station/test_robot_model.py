@@ -8,10 +8,10 @@ import pytest
 from drake_starnav import load_scenario
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.scenario_file import parse_scenario, scenario_text
+from drake_starnav.scenario.scenario_file import format_scenario, parse_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds.world import World
 
 SHELL = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -37,7 +37,7 @@ def test_unknown_robot_model_names_the_shipped_ones() -> None:
 
 def changed_starbot(folder: Path, old: str, new: str) -> str:
     """Path of a URDF that differs from starbot's in one text, wherever that stands."""
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    text = find_model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
     assert old in text
     path = folder / "changed.urdf"
     path.write_text(text.replace(old, new), encoding="utf-8")
@@ -175,6 +175,6 @@ def test_what_is_said_of_the_shape_counts_and_a_saved_scenario_holds_what_was_re
     path = cart(tmp_path, '<box size="0.5 0.3 0.1"/>')
     assert load_scenario("room", overrides=[f"robot.model={path}", "robot.radius=0.4"]).robot.radius == 0.4
     read = load_scenario("room", overrides=[f"robot.model={path}"])
-    assert parse_scenario(scenario_text(read), name="room").robot == read.robot
+    assert parse_scenario(format_scenario(read), name="room").robot == read.robot
     path.with_suffix(".yaml").write_text("robot: {radius: 0.38}\n")
     assert load_scenario("room", overrides=[f"robot.model={path}"]).robot.radius == 0.38

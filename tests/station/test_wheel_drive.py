@@ -10,7 +10,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.station.plant import add_plant
 from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.robot_model import WHEEL_GAIN
-from drake_starnav.station.wheel_drive import SLIP_PERIOD, WheelServo, WheelSlip, WheelSpeedCommand, wheel_shares
+from drake_starnav.station.wheel_drive import SLIP_PERIOD, WheelServo, WheelSlip, WheelSpeedCommand, draw_wheel_shares
 from drake_starnav.worlds.world import World
 
 FAST = RobotParameters(max_speed=10.0, max_yaw_rate=10.0)
@@ -68,7 +68,7 @@ def slipping(time: float) -> np.ndarray:
 
 @pytest.mark.parametrize("index", range(4))
 def test_the_wheels_of_a_side_keep_their_share_for_one_period(index: int) -> None:
-    expected = DESIRED[3:] * wheel_shares(SLIP, SEED, index)[SIDES]
+    expected = DESIRED[3:] * draw_wheel_shares(SLIP, SEED, index)[SIDES]
     for time in (index * SLIP_PERIOD, (index + 0.999) * SLIP_PERIOD):
         np.testing.assert_array_equal(slipping(time), (0.0, 0.0, 0.0, *expected))
     assert (np.abs(expected) >= (1.0 - SLIP) * np.abs(DESIRED[3:])).all()

@@ -21,7 +21,7 @@ from drake_starnav.station.world_geometry import (
     MOST_POLYGONS,
     OBSTACLE_HEIGHT,
     add_world,
-    surface_world,
+    make_surface_world,
 )
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.world import World
@@ -116,9 +116,9 @@ def test_many_prisms_are_shown_as_one_mesh() -> None:
 
 def test_more_polygons_than_a_plant_can_pair_are_one_surface() -> None:
     polygons = [np.array(TRIANGLE if k % 2 else SQUARE) + (4.0 * k, 0.0) for k in range(MOST_POLYGONS + 1)]
-    assert surface_world(world_of(polygons=tuple(polygons[1:]))) is None
+    assert make_surface_world(world_of(polygons=tuple(polygons[1:]))) is None
     world = world_of(polygons=tuple(polygons), cylinders=[(0.0, 3.0, 0.2)])
-    surfaces = surface_world(world)
+    surfaces = make_surface_world(world)
     assert (len(surfaces.polygons), len(surfaces.cylinders)) == (len(polygons), 0)
     assert sorted(shapes(world)) == ["cylinder_0"]
     assert sorted(shapes(world, Role.kPerception)) == ["cylinder_0", "polygons"]

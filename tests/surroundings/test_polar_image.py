@@ -11,7 +11,7 @@ import shapely
 from hypothesis import given
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import covered, disc, footprint
+from drake_starnav.geometry.footprint import disc, find_covered_area, footprint
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_COVER_RADIUS, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
@@ -301,7 +301,7 @@ def test_polygons_that_keep_clear_of_chords_and_shadows_touch_nothing(name: str)
         world, pose = blocks(rng, 10, 14, 0.5), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
         solid = [shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius in world.discs]
         obstacles = shapely.union_all([*solid, *(shapely.Polygon(polygon) for polygon in world.polygons)])
-        if shapely.distance(covered(box, pose), obstacles) < MARGINS.safety:
+        if shapely.distance(find_covered_area(box, pose), obstacles) < MARGINS.safety:
             continue
         seen = perceive(PerceptionState.initial(), looks(world, lidars, pose), pose, settings).surroundings
         for _ in range(40):
@@ -309,5 +309,5 @@ def test_polygons_that_keep_clear_of_chords_and_shadows_touch_nothing(name: str)
             way = pose + np.linspace(0.0, 1.0, 120)[:, None] * move
             if seen.keeps_clear(way, box, MARGINS.safety):
                 accepted += 1
-                least = min(least, shapely.distance(covered(box, way[-1]), obstacles))
+                least = min(least, shapely.distance(find_covered_area(box, way[-1]), obstacles))
     assert accepted > 200 and least > 0.0

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 
-from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
+from drake_starnav.geometry.footprint import Footprint, disc, find_covered_area, footprint
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.surroundings.separation import (
     ESCAPE_CLEARANCE,
@@ -58,7 +58,10 @@ def test_the_separation_is_never_more_than_the_distance_and_decides_contact():
         ends = rng.uniform(-1.0, 1.0, 4)
         ends[2:] = ends[:2] + rng.choice([0.1, 1.0]) * rng.uniform(-1.0, 1.0, 2)
         for shades in (False, True):
-            body, apart = covered(shape, pose), gap(pose, shape, chords(ends[None], np.array([shades]), center))
+            body, apart = (
+                find_covered_area(shape, pose),
+                gap(pose, shape, chords(ends[None], np.array([shades]), center)),
+            )
             exact = shapely.distance(body, hidden(ends, shades, center))
             assert apart <= exact + (1e-9 if k % 4 else 2e-3)
             assert (apart > 0.0) == (exact > 1e-12) or abs(apart) < 2e-3
@@ -85,7 +88,7 @@ def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> N
         one = chords(ends[j : j + 1], surfaces.occludes[j : j + 1], surfaces.center)
         behind = hidden(ends[j], surfaces.occludes[j], surfaces.center)
         bounds[j] = [gap(pose, ELL, one) for pose in poses]
-        distances[j] = [shapely.distance(covered(ELL, pose), behind) for pose in poses]
+        distances[j] = [shapely.distance(find_covered_area(ELL, pose), behind) for pose in poses]
     kept = np.where(bounds[:, :1] < margin, np.maximum(bounds[:, :1], ESCAPE_CLEARANCE), margin)
     if accepts:
         assert inside and (distances >= kept - 2e-9).all()

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from hypothesis import given, settings
 
-from drake_starnav.geometry.footprint import Footprint, covered, disc, footprint
+from drake_starnav.geometry.footprint import Footprint, disc, find_covered_area, footprint
 from drake_starnav.surroundings.unseen import BodyStep, clip_by_half_plane, find_initial_disc_radius, is_known_free
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_arrays import ViewArrays, view_covers
@@ -44,13 +44,13 @@ def test_a_body_comes_no_nearer_to_what_nobody_has_seen(seed: int) -> None:
     exact = 1e-6 if len(shape.parts) else 2e-3  # a disc is one of 48 corners here
     area, inside = shapely.Polygon(part), shapely.points(rng.uniform(part.min(axis=0), part.max(axis=0), (200, 2)))
     places = np.append(inside[shapely.contains(area, inside)], shapely.points(part))
-    before, after = (shapely.distance(covered(shape, pose), places) for pose in (first, there))
+    before, after = (shapely.distance(find_covered_area(shape, pose), places) for pose in (first, there))
     if answer:
         assert (after >= before - exact)[before > exact].all()
     elif len(shape.parts) == 1 and size < 0.01 and before.min() > 1e-4:
         assert (after - before).min() < 0.1 * size
     elif len(shape.parts):
-        assert not covered(shape, first).contains(area)
+        assert not find_covered_area(shape, first).contains(area)
 
 
 def test_to_leave_or_to_pass_what_nobody_has_seen_is_to_come_no_nearer() -> None:

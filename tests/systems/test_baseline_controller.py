@@ -8,7 +8,7 @@ from drake_starnav.baselines.baseline_step import Baseline
 from drake_starnav.baselines.dsm_circles import DsmBaseline
 from drake_starnav.baselines.dwa import DwaBaseline
 from drake_starnav.baselines.foa import FoaBaseline
-from drake_starnav.baselines.known_obstacles import known_obstacles
+from drake_starnav.baselines.known_obstacles import make_known_obstacles
 from drake_starnav.control import ControllerParameters
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
@@ -47,7 +47,7 @@ def controlling_of(baseline: Baseline, *, stopwatch: Stopwatch | None = None, **
 
 
 def known(discs: list[tuple[float, float, float]]) -> Value:
-    return Value(known_obstacles(np.array(discs).reshape(-1, 3), None, ROBOT.radius))
+    return Value(make_known_obstacles(np.array(discs).reshape(-1, 3), None, ROBOT.radius))
 
 
 @EVERY

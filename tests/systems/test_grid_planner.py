@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav import load_scenario, run_trial
-from drake_starnav.baselines.grid_astar import added_hits, plan_on_grid
+from drake_starnav.baselines.grid_astar import add_hits, plan_on_grid
 
 START, GOAL, RADIUS = np.zeros(2), np.array([3.0, 0.0]), 0.2
 
@@ -36,8 +36,8 @@ def test_there_is_no_way_into_a_ring() -> None:
 
 
 def test_hits_in_the_same_place_are_kept_once() -> None:
-    hits = added_hits(np.zeros((0, 2)), wall(-1.0, 1.0), RADIUS)
-    assert len(added_hits(hits, wall(-1.0, 1.0), RADIUS)) == len(hits) < len(wall(-1.0, 1.0)) + 1
+    hits = add_hits(np.zeros((0, 2)), wall(-1.0, 1.0), RADIUS)
+    assert len(add_hits(hits, wall(-1.0, 1.0), RADIUS)) == len(hits) < len(wall(-1.0, 1.0)) + 1
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from numba.core import event
 import drake_starnav
 from drake_starnav.utils import compilation, progress
 from drake_starnav.utils.compilation import COMPILING, PACKAGE, _Compilation
-from drake_starnav.utils.progress import silence
+from drake_starnav.utils.progress import silence_progress
 
 PATH = Path(drake_starnav.__file__).parent
 
@@ -60,7 +60,7 @@ def test_garbage_is_collected_again_after_a_compilation_that_failed() -> None:
 
 @pytest.mark.usefixtures("_listening")
 def test_nothing_is_said_in_silence(capsys) -> None:
-    with silence(True):
+    with silence_progress(True):
         compile_in(f"{PACKAGE}.room.module")
     assert capsys.readouterr().err == ""
 
@@ -177,7 +177,7 @@ def test_all_ways_to_import_are_followed(line, tmp_path, monkeypatch) -> None:
         ("caller", line),
     ):
         (tmp_path / "geometry" / f"{name}.py").write_text(text)
-    sources = {Path(path).name for path, *_ in compilation._sources(str(tmp_path / "geometry" / "caller.py"))}
+    sources = {Path(path).name for path, *_ in compilation._find_sources(str(tmp_path / "geometry" / "caller.py"))}
     assert {"caller.py", "callee.py"} <= sources
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils import files
-from drake_starnav.utils.files import check_outputs, read_bytes, read_text, replacing, write_text
+from drake_starnav.utils.files import check_outputs, read_bytes, read_text, replace_file, write_text
 
 
 def test_a_file_appears_once_the_block_has_ended(tmp_path: Path) -> None:
     path = tmp_path / "folder" / "new.txt"
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         temporary.write_text("whole")
         assert not path.exists() and temporary.suffix == ".txt"
     assert path.read_text() == "whole" and list(path.parent.iterdir()) == [path]
@@ -21,7 +21,7 @@ def test_a_file_appears_once_the_block_has_ended(tmp_path: Path) -> None:
 def test_after_a_failure_the_old_file_is_there_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "kept.txt"
     path.write_text("old")
-    with pytest.raises(ValueError), replacing(path) as temporary:
+    with pytest.raises(ValueError), replace_file(path) as temporary:
         temporary.write_text("half")
         raise ValueError
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]

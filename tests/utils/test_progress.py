@@ -2,7 +2,7 @@
 
 import time
 
-from drake_starnav.utils.progress import Progress, silence
+from drake_starnav.utils.progress import Progress, silence_progress
 
 
 def test_without_a_terminal_a_line_a_minute_comes(monkeypatch, capsys) -> None:
@@ -28,7 +28,7 @@ def test_a_terminal_shows_a_bar_at_once_and_removes_it(monkeypatch, capsys) -> N
 
 
 def test_silence_is_kept_and_ends(capsys) -> None:
-    with silence(True), silence(False), Progress("driving") as bar:
+    with silence_progress(True), silence_progress(False), Progress("driving") as bar:
         bar.say("a line")
     with Progress("driving") as bar:
         bar.say("another")

@@ -6,7 +6,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.utils import resources
-from drake_starnav.utils.resources import model_path, resolve_path
+from drake_starnav.utils.resources import find_model_path, resolve_path
 
 
 def test_installed_files_come_before_a_neighbour_named_models(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -15,19 +15,19 @@ def test_installed_files_come_before_a_neighbour_named_models(monkeypatch: pytes
         folder.mkdir(parents=True)
         (folder / "package.xml").touch()
     monkeypatch.setattr(resources, "_FOLDERS", (installed, neighbour))
-    assert model_path("robots") == installed / "robots"
+    assert find_model_path("robots") == installed / "robots"
     (installed / "package.xml").unlink()
-    assert model_path("robots") == neighbour / "robots"
+    assert find_model_path("robots") == neighbour / "robots"
 
 
 def test_models_left_behind(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(resources, "_FOLDERS", (tmp_path / "share", tmp_path / "models"))
     with pytest.raises(StarnavError, match="no package.xml in .*share or .*models; allowed: "):
-        model_path()
+        find_model_path()
 
 
 def test_paths_of_shipped_files_and_others() -> None:
-    assert resolve_path("package://drake_starnav/maps/studio.yaml") == model_path("maps", "studio.yaml")
+    assert resolve_path("package://drake_starnav/maps/studio.yaml") == find_model_path("maps", "studio.yaml")
     assert resolve_path("maps/mine.yaml") == Path("maps/mine.yaml")
     with pytest.raises(StarnavError, match="package://other/x.yaml: allowed: a path, or package://drake_starnav/"):
         resolve_path("package://other/x.yaml")

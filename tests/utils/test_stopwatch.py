@@ -7,7 +7,7 @@ from drake_starnav.utils.stopwatch import Stopwatch
 
 def test_what_never_ran_has_a_summary_of_zeros_and_leaves_no_trace() -> None:
     stopwatch = Stopwatch()
-    assert stopwatch.summary("plan") == {"count": 0, "mean_s": 0.0, "p50_s": 0.0, "p99_s": 0.0}
+    assert stopwatch.summarize("plan") == {"count": 0, "mean_s": 0.0, "p50_s": 0.0, "p99_s": 0.0}
     assert dict(stopwatch.seconds) == {}
 
 

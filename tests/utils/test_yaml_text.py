@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.scenario.scenario_file import parse_scenario, scenario_text
+from drake_starnav.scenario.scenario_file import format_scenario, parse_scenario
 from drake_starnav.utils.yaml_text import Loader, PlainLoader, load_yaml
 
 
@@ -36,7 +36,7 @@ def test_merged_keys_may_be_overridden() -> None:
 def test_texts_that_yaml_cannot_show_read_back_equal(text: str) -> None:
     scenario = parse_scenario("world: !Model {goal: [4, 0]}", name="x")
     scenario = dataclasses.replace(scenario, world=dataclasses.replace(scenario.world, directives=text))
-    assert parse_scenario(scenario_text(scenario), name="x") == scenario
+    assert parse_scenario(format_scenario(scenario), name="x") == scenario
 
 
 @pytest.mark.parametrize("tag", ["apply:os.mkdir ['{}']", "new:os.mkdir ['{}']"])

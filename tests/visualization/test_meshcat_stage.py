@@ -11,11 +11,11 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.station.robot_geometry import floor_contact
+from drake_starnav.station.robot_geometry import read_floor_contact
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.visualization.meshcat_stage import show_collision_shapes
 from drake_starnav.visualization.meshes import SHELL_COLOR
-from drake_starnav.visualization.recorder import robot_frames
+from drake_starnav.visualization.recorder import find_robot_frames
 from drake_starnav.worlds import World
 from tests.station.test_robot_file import EDITED, JOINTS
 
@@ -56,11 +56,11 @@ def test_a_bare_robot_has_its_colour_and_no_shapes_that_are_for_the_floor_alone(
     (tmp_path / "bare.urdf").write_text(text)
     robot = RobotParameters(model=str(tmp_path / "bare.urdf"), wheel_joints=JOINTS)
     station = NavigationStation(World("open", (0.0, 0.0, 0.0), (5.0, 0.0)), Scenario("test", None, robot))
-    frames = robot_frames(station)
+    frames = find_robot_frames(station)
     show_collision_shapes(station.plant, station.scene_graph, station.floor, frames)
     inspector = station.scene_graph.model_inspector()
     drawn = [g for frame in frames for g in inspector.GetGeometries(frame, Role.kIllustration)]
     colors = [inspector.GetIllustrationProperties(g).GetProperty("phong", "diffuse") for g in drawn]
     assert len(drawn) >= 3 and {(c.r(), c.g(), c.b()) for c in colors} == {SHELL_COLOR}
-    assert not any(floor_contact(inspector, g) for g in drawn)
-    assert any(floor_contact(inspector, g) for g in station.robot_geometries)
+    assert not any(read_floor_contact(inspector, g) for g in drawn)
+    assert any(read_floor_contact(inspector, g) for g in station.robot_geometries)

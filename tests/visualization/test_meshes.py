@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_starnav.geometry.footprint import covered, disc, footprint
+from drake_starnav.geometry.footprint import disc, find_covered_area, footprint
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import NODE_RADIUS
@@ -32,27 +32,32 @@ def is_sound(mesh):
 
 def test_ribbon_has_the_area_of_its_line():
     straight = np.array([(0.0, 0.0), (1.0, 0.0), (3.0, 0.0)])
-    assert area(meshes.ribbon(straight, 0.2, 0.0)) == pytest.approx(0.6)
+    assert area(meshes.make_ribbon(straight, 0.2, 0.0)) == pytest.approx(0.6)
     square = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
-    assert area(meshes.ribbon(square, 0.2, 0.0, closed=True)) == pytest.approx(2.2**2 - 1.8**2)
+    assert area(meshes.make_ribbon(square, 0.2, 0.0, closed=True)) == pytest.approx(2.2**2 - 1.8**2)
 
 
 def test_shapes_have_their_areas():
     centers = np.array([(0.0, 0.0), (3.0, 1.0), (-2.0, 5.0)])
     dodecagon = 3.0 * 0.2**2
-    assert area(meshes.discs(centers, 0.2, 0.0)) == pytest.approx(3 * dodecagon)
-    ring = meshes.ring(centers[1], 0.3, 0.5, 0.0)
+    assert area(meshes.make_discs(centers, 0.2, 0.0)) == pytest.approx(3 * dodecagon)
+    ring = meshes.make_ring(centers[1], 0.3, 0.5, 0.0)
     assert area(ring) == pytest.approx(ICOSAGON * (0.5**2 - 0.3**2))
-    band = meshes.segments(np.array([[(0.0, 0.0), (3.0, 4.0)], [(1.0, 1.0), (1.0, 3.0)]]), 0.1, 0.0)
+    band = meshes.make_segments(np.array([[(0.0, 0.0), (3.0, 4.0)], [(1.0, 1.0), (1.0, 3.0)]]), 0.1, 0.0)
     assert area(band) == pytest.approx(0.7) and len(band.vertices) == 8
-    for mesh in (ring, band, meshes.crosses(centers, 0.1, 0.0), meshes.five_pointed_star(centers[2], 0.2, 0.0)):
+    for mesh in (
+        ring,
+        band,
+        meshes.make_crosses(centers, 0.1, 0.0),
+        meshes.make_five_pointed_star(centers[2], 0.2, 0.0),
+    ):
         assert is_sound(mesh)
-    assert len(meshes.discs(np.zeros((0, 2)), 0.2, 0.0)) == 0
-    assert len(meshes.crosses(np.zeros((0, 2)), 0.2, 0.0)) == 0
+    assert len(meshes.make_discs(np.zeros((0, 2)), 0.2, 0.0)) == 0
+    assert len(meshes.make_crosses(np.zeros((0, 2)), 0.2, 0.0)) == 0
 
 
 def test_speed_colors_run_from_the_first_to_the_last_and_clip():
-    colors = meshes.speed_colors(np.array([0.0, 0.8, -0.8, 5.0]), max_speed=0.8)
+    colors = meshes.compute_speed_colors(np.array([0.0, 0.8, -0.8, 5.0]), max_speed=0.8)
     assert np.allclose(colors[0], meshes.SPEED_COLORS[0])
     assert np.allclose(colors[1:], meshes.SPEED_COLORS[-1])
 
@@ -67,11 +72,11 @@ def test_layers_lie_apart_and_their_colors_differ():
 @pytest.mark.parametrize("corners", [((0.6, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.6, -0.2)), None])
 def test_rim_and_front_lie_inside_the_footprint(corners) -> None:
     shape = disc(0.3) if corners is None else footprint(corners)
-    whole = covered(shape, np.zeros(3))
-    for mesh in (meshes.rim(shape, 0.05), meshes.front(shape, 0.1)):
+    whole = find_covered_area(shape, np.zeros(3))
+    for mesh in (meshes.make_rim(shape, 0.05), meshes.make_front(shape, 0.1)):
         drawn = shapely.union_all(shapely.polygons(mesh.vertices[mesh.faces][..., :2]))
         assert whole.buffer(1e-6).covers(drawn) and drawn.distance(whole.exterior) < 1e-6
-    assert meshes.front(shape, 0.1).vertices[:, 0].max() == pytest.approx(0.3 if corners is None else 0.6)
+    assert meshes.make_front(shape, 0.1).vertices[:, 0].max() == pytest.approx(0.3 if corners is None else 0.6)
 
 
 def test_every_layer_is_explained_to_users() -> None:
@@ -83,7 +88,7 @@ def test_every_layer_is_explained_to_users() -> None:
 def test_the_area_that_polygons_cover_is_what_is_drawn_once():
     shape = footprint(((0.3, 0.1), (-0.3, 0.1), (-0.3, -0.1), (0.3, -0.1)))
     poses = np.array([(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.2, 0.0, 0.5 * math.pi)])
-    mesh = meshes.swept(poses, shape, 0.05)
+    mesh = meshes.sweep_area(poses, shape, 0.05)
     a, b, c = (mesh.vertices[mesh.faces[:, k], :2] for k in range(3))
     area = 0.5 * np.abs(np.cross(np.pad(b - a, ((0, 0), (0, 1))), np.pad(c - a, ((0, 0), (0, 1))))[:, 2]).sum()
     assert area == pytest.approx(0.8 * 0.2 + 0.6 * 0.2 - 0.2 * 0.2)
@@ -93,7 +98,8 @@ def test_the_area_that_polygons_cover_is_what_is_drawn_once():
 @pytest.mark.parametrize("radius", [0.05, 0.1, 0.25, 0.5, 2.0])
 def test_marks_grow_with_the_world_and_never_hide_the_robot(radius: float) -> None:
     scales = [
-        meshes.mark_scale((-size, 0.0, size, 1.0), radius) for size in (0.0, 20.0 * radius, 100.0 * radius, 200.0)
+        meshes.choose_mark_scale((-size, 0.0, size, 1.0), radius)
+        for size in (0.0, 20.0 * radius, 100.0 * radius, 200.0)
     ]
     assert scales == sorted(scales)
     assert max(scales[:3]) * NODE_RADIUS < radius

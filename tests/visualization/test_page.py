@@ -5,7 +5,7 @@ import pytest
 
 from drake_starnav.station.world_geometry import OBSTACLE_HEIGHT
 from drake_starnav.visualization.meshes import Layer
-from drake_starnav.visualization.page import VIEWS, Cameras, Caption, with_panel
+from drake_starnav.visualization.page import VIEWS, Cameras, Caption, add_panel
 from tests.helpers.browser import PAGE as SIZE
 from tests.helpers.camera import PANEL_WIDTH, SCENE, camera_pose, projected
 
@@ -19,7 +19,7 @@ def test_texts_are_escaped_and_the_legend_is_ordered_by_height() -> None:
         "silent": Layer("", (0.0, 0.0, 1.0), "line", 0.3),
     }
     caption = Caption("<room>", ("seed 0",), layers)
-    text = with_panel(PAGE, caption, Cameras((0.0, 0.0, 4.0, 3.0), "top", "/drake/robot", (1.0, 2.0)))
+    text = add_panel(PAGE, caption, Cameras((0.0, 0.0, 4.0, 3.0), "top", "/drake/robot", (1.0, 2.0)))
     assert [layer.label for layer in caption.legend.values()] == ["high", "low & wide"]
     assert "<h1>&lt;room&gt;</h1>" in text and "<title>&lt;room&gt; · seed 0</title>" in text
     assert text.index(">high<") < text.index(">low &amp; wide<")

@@ -8,7 +8,7 @@ from PIL import Image, ImageSequence
 
 from drake_starnav.loading import parse_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.visualization.pictures import FINAL_PAUSE, picture_times, write_gif, write_mp4
+from drake_starnav.visualization.pictures import FINAL_PAUSE, choose_picture_times, write_gif, write_mp4
 from drake_starnav.visualization.recorder import Recorder
 
 RATE = 10
@@ -32,7 +32,7 @@ def middle(image: Image.Image) -> float:
 
 
 def test_times_reach_from_start_to_end() -> None:
-    times = picture_times(2.05, rate=10, speed=2.0)
+    times = choose_picture_times(2.05, rate=10, speed=2.0)
     assert times[0] == 0.0 and times[-1] == 2.05
     assert np.diff(times[:-1]) == pytest.approx(0.2)
 

@@ -12,10 +12,10 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.visualization.meshes import LAYERS, selected_layers
-from drake_starnav.visualization.plot import ON_TOP, moment_figure, write_figure
+from drake_starnav.visualization.meshes import LAYERS, select_layers
+from drake_starnav.visualization.plot import ON_TOP, draw_moment_figure, write_figure
 from drake_starnav.visualization.recorder import Recorder
-from drake_starnav.visualization.world_figure import figure_pixels
+from drake_starnav.visualization.world_figure import render_figure
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"
 
@@ -28,10 +28,10 @@ def recorded(tmp_path_factory):
 
 
 def test_axes_are_in_metres_and_equal(recorded) -> None:
-    axes = moment_figure(recorded, 2.0).axes[0]
+    axes = draw_moment_figure(recorded, 2.0).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x in m", "y in m")
     assert axes.get_xlim() == pytest.approx((-1.0, 5.0), abs=0.2) and axes.get_ylim() == pytest.approx((-2, 2), abs=0.2)
-    figure_pixels(axes.figure)
+    render_figure(axes.figure)
     box = axes.get_position()
     width, height = axes.figure.get_size_inches() * (box.width, box.height)
     assert width / height == pytest.approx(np.ptp(axes.get_xlim()) / np.ptp(axes.get_ylim()))
@@ -46,8 +46,8 @@ def test_the_legend_has_room_for_its_text(recorded) -> None:
     lefts = []
     for label in ("goal", "goal, which the robot shall come to within its tolerance"):
         layers = {**recorded.caption.legend, "goal": replace(LAYERS["goal"], label=label)}
-        figure = moment_figure(replace(recorded, caption=replace(recorded.caption, layers=layers)), 2.0)
-        figure_pixels(figure)
+        figure = draw_moment_figure(replace(recorded, caption=replace(recorded.caption, layers=layers)), 2.0)
+        render_figure(figure)
         axes, legend = (part.get_window_extent() for part in (figure.axes[0], figure.legends[0]))
         assert axes.x1 < legend.x0 and legend.x1 <= figure.bbox.x1
         lefts.append(legend.x0)
@@ -75,7 +75,7 @@ def test_a_figure_for_a_paper_has_its_width_and_truetype_fonts(recorded, width, 
     box = re.search(rb"/MediaBox \[ 0 0 ([0-9.]+) ", content)
     assert box is not None and float(box[1]) == pytest.approx(72.0 * width, abs=0.5)
     assert b"/Subtype /Type3" not in content and b"/FontFile2" in content  # TrueType, embedded
-    figure = moment_figure(recorded, 2.0, title="A title", width=width, legend=legend)
+    figure = draw_moment_figure(recorded, 2.0, title="A title", width=width, legend=legend)
     assert figure.axes[0].get_title(loc="left") == "A title" and bool(figure.legends) == legend
 
 
@@ -87,7 +87,7 @@ def test_a_width_in_another_unit_than_inches_is_refused(recorded, tmp_path) -> N
 def test_only_chosen_layers_are_drawn_and_in_the_legend(recorded, tmp_path) -> None:
     sizes = {}
     for names in ("trail", "trail,scan,frontiers"):
-        shown = selected_layers(names, LAYERS)
+        shown = select_layers(names, LAYERS)
         path = tmp_path / f"{names}.svg"
         write_figure(path, replace(recorded, caption=replace(recorded.caption, shown=shown)), 2.0)
         text = path.read_text(encoding="utf-8")

@@ -24,8 +24,8 @@ from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.station.robot_model import add_robot
-from drake_starnav.visualization.meshcat_stage import quiet_meshcat
-from drake_starnav.visualization.recorder import Recorder, robot_path
+from drake_starnav.visualization.meshcat_stage import start_quiet_meshcat
+from drake_starnav.visualization.recorder import Recorder, find_robot_path
 from drake_starnav.worlds.world import World
 
 ROBOT = RobotParameters()
@@ -54,7 +54,7 @@ def test_any_diagram_with_a_robot_of_ours_is_recorded(own_plant: bool, tmp_path)
     recorder.finish()
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert b"set_animation" in messages(tmp_path / "page.html")
-    assert "nothing planned" in page and robot_path(station).rpartition("/")[2] == "base_link"
+    assert "nothing planned" in page and find_robot_path(station).rpartition("/")[2] == "base_link"
 
 
 class Straight(LeafSystem):
@@ -87,7 +87,7 @@ def test_what_a_planner_of_one_s_own_sends_is_drawn_and_the_legend_lists_no_more
 
 
 def test_a_page_holds_what_is_in_a_meshcat_of_one_s_own(tmp_path: Path) -> None:
-    builder, meshcat = DiagramBuilder(), quiet_meshcat()
+    builder, meshcat = DiagramBuilder(), start_quiet_meshcat()
     navigation = add_navigation(builder, parse_scenario("{}", name="bare"), Parts(World("bare", (0, 0, 0), (2, 0))))
     meshcat.SetObject("mine/flag", Sphere(0.2))
     plant = navigation.station.plant

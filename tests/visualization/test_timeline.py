@@ -21,7 +21,7 @@ from drake_starnav.station.world_geometry import OBSTACLE_COLOR, add_ground
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
 from drake_starnav.visualization.page import Caption
-from drake_starnav.visualization.plot import moment_picture
+from drake_starnav.visualization.plot import draw_moment
 from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.visualization.timeline import RecordedRun, Shape, Solid, Track
 from drake_starnav.worlds.world import World
@@ -40,7 +40,7 @@ def visible(stage: MeshcatStage, time: float) -> list[Shape]:
 
 def test_objects_are_there_from_when_they_came_to_when_they_went(stage) -> None:
     for time in (1.0, 2.0):
-        stage.swap("path", meshes.ribbon(np.array([(0.0, 0.0), (time, 0.0)]), 0.1, 0.0), time)
+        stage.swap("path", meshes.make_ribbon(np.array([(0.0, 0.0), (time, 0.0)]), 0.1, 0.0), time)
     stage.swap("path", meshes.NOTHING, 3.0)
     lengths = [[shape.points[:, 0].max() for shape in visible(stage, time)] for time in (0.5, 1.0, 1.9, 2.0, 3.0)]
     assert lengths == [[], [1.0], [1.0], [2.0], []]
@@ -49,7 +49,7 @@ def test_objects_are_there_from_when_they_came_to_when_they_went(stage) -> None:
 def test_points_colours_and_what_is_never_hidden_are_kept(stage) -> None:
     stage.add_points("scan", np.array([(1.0, 2.0), (3.0, 4.0)]), 0.0)
     colors = np.array([(0.1, 0.5, 0.9)] * 4)
-    stage.add("trail", meshes.segments(np.array([[(0.0, 0.0), (1.0, 0.0)]]), 0.1, 0.0), 0.0, colors=colors)
+    stage.add("trail", meshes.make_segments(np.array([[(0.0, 0.0), (1.0, 0.0)]]), 0.1, 0.0), 0.0, colors=colors)
     scan, trail = visible(stage, 0.0)
     assert scan.points == pytest.approx(np.array([(1.0, 2.0), (3.0, 4.0)]))
     assert scan.faces is None and scan.on_top and not trail.on_top
@@ -120,7 +120,7 @@ def shade(picture, place) -> np.ndarray:
 
 @pytest.mark.parametrize("time", [0.0, 1.0, DURATION])
 def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
-    picture = moment_picture(recorded.recorded, time)
+    picture = draw_moment(recorded.recorded, time)
     image = np.asarray(picture, dtype=float) / 255.0
     for place, color in (
         (PLACES["rack"], BLUE),
@@ -146,9 +146,9 @@ def test_turned_and_hollow_shapes() -> None:
     X_WF = RigidTransform(RotationMatrix.MakeZRotation(np.pi / 2.0), [1.0, 2.0, 0.5])
     corners = np.array([(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
     track = Track([0.0], [X_WF.GetAsMatrix34()])
-    ((outline,), top) = Solid(corners, None, BLUE, track).seen_from_above(3.0)
+    ((outline,), top) = Solid(corners, None, BLUE, track).project_from_above(3.0)
     assert outline.min(axis=0) == pytest.approx((0.0, 2.0)) and outline.max(axis=0) == pytest.approx((1.0, 4.0))
     assert top == 0.5
     faces = np.array([(0, 1, 2)])
-    ((triangle,), _) = Solid(corners, faces, BLUE, track).seen_from_above(0.0)
+    ((triangle,), _) = Solid(corners, faces, BLUE, track).project_from_above(0.0)
     assert triangle.shape == (3, 2)

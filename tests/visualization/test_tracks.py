@@ -6,8 +6,8 @@ import pytest
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.utils.resources import model_path
-from drake_starnav.visualization.plot import moment_picture
+from drake_starnav.utils.resources import find_model_path
+from drake_starnav.visualization.plot import draw_moment
 from drake_starnav.visualization.tracks import COLORS, Driven, record_tracks
 from drake_starnav.worlds.world import World
 from tests.helpers.camera import plotted
@@ -27,16 +27,16 @@ def test_trails_grow_behind_robots_of_their_colours(tmp_path) -> None:
     recorded = record_tracks(Scenario("two", None), driven, WORLD, "2 robots", tmp_path / "two.html")
     assert recorded.duration == 2.0
     assert [layer.label for layer in recorded.caption.legend.values()][:2] == ["a: reached", "b: reached"]
-    picture = moment_picture(recorded, 2.0)
+    picture = draw_moment(recorded, 2.0)
     image = np.asarray(picture, dtype=float) / 255.0
     for place, number in (((0.0, 1.0), 0), ((0.0, -1.0), 1), ((0.0, 0.0), 1), ((1.0, 1.2), 0), ((1.0, -1.2), 1)):
         assert image[plotted(recorded, place, picture)] == pytest.approx(COLORS[number], abs=0.15)
-    before = np.asarray(moment_picture(recorded, 0.5), dtype=float) / 255.0
+    before = np.asarray(draw_moment(recorded, 0.5), dtype=float) / 255.0
     assert before[plotted(recorded, (0.0, 1.0), picture)] != pytest.approx(COLORS[0], abs=0.15)
 
 
 def test_robots_and_obstacles_have_the_height_that_they_have_in_the_plant(tmp_path) -> None:
-    text = model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
+    text = find_model_path("robots", "starbot.urdf").read_text(encoding="utf-8")
     low, high = '<origin xyz="0 0 0.03"/>\n      <geometry><cylinder radius="0.25" length="{}"/>', "0 0 0.43"
     text = text.replace(low.format(0.1), low.format(0.9).replace("0 0 0.03", high))
     (tmp_path / "tall.urdf").write_text(text, encoding="utf-8")

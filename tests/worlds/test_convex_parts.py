@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.convex_parts import EVEN, convex_parts
-from drake_starnav.worlds.outlines import rectangle, trap
+from drake_starnav.worlds.convex_parts import EVEN, split_into_convex_parts
+from drake_starnav.worlds.outlines import make_rectangle, make_trap
 
 
 def area(polygon: np.ndarray) -> float:
@@ -43,30 +43,30 @@ def star_polygons(draw):
 @given(star_polygons())
 @settings(max_examples=100)
 def test_star_polygons(polygon):
-    check_parts(polygon, convex_parts(polygon))
+    check_parts(polygon, split_into_convex_parts(polygon))
 
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_convex_polygon_stays_whole(order):
     angles = 2.0 * math.pi / 9 * np.arange(9)
     polygon = np.column_stack((np.cos(angles), np.sin(angles)))[::order]
-    (part,) = convex_parts(polygon)
+    (part,) = split_into_convex_parts(polygon)
     assert len(part) == 9
     assert area(part) == pytest.approx(abs(area(polygon)))
 
 
 @pytest.mark.parametrize(("arms", "pieces"), [(0, 1), (1, 2), (2, 3)])
 def test_traps_have_as_few_pieces_as_walls(arms, pieces):
-    polygon = trap(2.0, 1.5, 0.12, arms)
-    parts = convex_parts(polygon)
+    polygon = make_trap(2.0, 1.5, 0.12, arms)
+    parts = split_into_convex_parts(polygon)
     assert len(parts) == pieces
     check_parts(polygon, parts)
 
 
 def test_repeated_and_straight_corners_are_dropped():
     polygon = np.array([(0, 0), (1, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1), (0, 0)], dtype=float)
-    (part,) = convex_parts(polygon)
-    np.testing.assert_allclose(sorted(map(tuple, part)), sorted(map(tuple, rectangle(0.0, 0.0, 2.0, 1.0))))
+    (part,) = split_into_convex_parts(polygon)
+    np.testing.assert_allclose(sorted(map(tuple, part)), sorted(map(tuple, make_rectangle(0.0, 0.0, 2.0, 1.0))))
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_repeated_and_straight_corners_are_dropped():
 )
 def test_invalid_polygons_are_refused(polygon):
     with pytest.raises(StarnavError, match="allowed"):
-        convex_parts(np.array(polygon, dtype=float))
+        split_into_convex_parts(np.array(polygon, dtype=float))
 
 
 def outlines_of_thousands() -> dict[str, np.ndarray]:
@@ -107,7 +107,7 @@ def outlines_of_thousands() -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(("name", "most"), [("digitised circle", 1), ("burr", 2500), ("spiral", 2100), ("comb", 1001)])
 def test_thousands_of_corners_are_cut_at_once(name: str, most: int):
     polygon = outlines_of_thousands()[name]
-    parts = convex_parts(polygon)
+    parts = split_into_convex_parts(polygon)
     assert len(parts) <= most
     assert sum(area(part) for part in parts) == pytest.approx(abs(area(polygon)), abs=EVEN * 0.5 * perimeter(polygon))
 

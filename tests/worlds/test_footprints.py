@@ -6,7 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from drake_starnav.worlds.footprints import ball_vertices, convex_footprint, cylinder_vertices, sphere_footprint
+from drake_starnav.worlds.footprints import (
+    make_ball_vertices,
+    make_convex_footprint,
+    make_cylinder_vertices,
+    make_sphere_footprint,
+)
 
 LOW, HIGH = 0.0, 0.13
 
@@ -22,7 +27,7 @@ def outside_of(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:
 def test_the_footprint_is_the_shadow_of_the_slab(seed: int, count: int, height: float) -> None:
     rng = np.random.default_rng(seed)
     vertices = rng.normal(0.0, 0.4, (count, 3)) + (1.0, -2.0, height)
-    polygon = convex_footprint(vertices, LOW, HIGH)
+    polygon = make_convex_footprint(vertices, LOW, HIGH)
     inside = rng.dirichlet(np.full(count, 0.2), 5000) @ vertices
     slab = inside[(inside[:, 2] >= LOW) & (inside[:, 2] <= HIGH), :2]
     if polygon is None:
@@ -41,8 +46,8 @@ def test_the_footprint_is_the_shadow_of_the_slab(seed: int, count: int, height: 
 
 
 def test_spheres_are_widest_at_their_middle() -> None:
-    assert sphere_footprint(np.array([1.0, 2.0, 0.1]), 0.5, LOW, HIGH) == (1.0, 2.0, 0.5)
-    x, y, radius = sphere_footprint(np.array([1.0, 2.0, 0.43]), 0.5, LOW, HIGH)
+    assert make_sphere_footprint(np.array([1.0, 2.0, 0.1]), 0.5, LOW, HIGH) == (1.0, 2.0, 0.5)
+    x, y, radius = make_sphere_footprint(np.array([1.0, 2.0, 0.43]), 0.5, LOW, HIGH)
     assert (x, y, radius) == pytest.approx((1.0, 2.0, 0.4))
 
 
@@ -53,11 +58,11 @@ def test_round_solids_are_a_little_too_wide_and_never_too_narrow(seed: int) -> N
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     semi_axes = rng.uniform(0.1, 1.0, 3)
     reach = np.linalg.norm(direction * semi_axes, axis=1)
-    support = (direction @ ball_vertices(semi_axes).T).max(axis=1)
+    support = (direction @ make_ball_vertices(semi_axes).T).max(axis=1)
     assert (support >= reach - 1e-12).all()
     assert (support <= 1.002 * reach).all()
     radius, length = semi_axes[:2]
     reach = radius * np.hypot(*direction[:, :2].T) + 0.5 * length * abs(direction[:, 2])
-    support = (direction @ cylinder_vertices(radius, length).T).max(axis=1)
+    support = (direction @ make_cylinder_vertices(radius, length).T).max(axis=1)
     assert (support >= reach - 1e-12).all()
     assert (support <= 1.001 * reach).all()

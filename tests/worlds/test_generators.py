@@ -22,10 +22,10 @@ from drake_starnav.worlds import (
     Room,
     StopAndGo,
     World,
-    clearance,
-    convex_parts,
+    compute_clearance,
+    find_shortest_path,
     make_world,
-    shortest_path,
+    split_into_convex_parts,
 )
 
 KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), Corridor(), Crowd(), StopAndGo()]
@@ -47,11 +47,11 @@ def test_solvable_with_five_centimetres_to_spare(kind, seed):
     radius = 0.25
     world = make_world(kind, seed, radius)
     ends = np.array([world.start[:2], world.goal])
-    assert (clearance(world, ends) >= radius + 0.05).all()
-    assert shortest_path(world, radius + 0.05) is not None
+    assert (compute_clearance(world, ends) >= radius + 0.05).all()
+    assert find_shortest_path(world, radius + 0.05) is not None
     assert -math.pi <= world.start[2] < math.pi
     for polygon in world.polygons:
-        convex_parts(polygon)
+        split_into_convex_parts(polygon)
 
 
 def test_the_same_world_in_another_process():
@@ -85,7 +85,7 @@ def test_open_mazes_hold_walls_spheres_cylinders_and_concave_obstacles():
     assert (spheres[:, 2] >= 0.2).all()
     assert sum(len(world.cylinders) for world in worlds)
     assert any(len(polygon) == 4 for world in worlds for polygon in world.polygons)
-    assert any(len(convex_parts(polygon)) == 3 for world in worlds for polygon in world.polygons)
+    assert any(len(split_into_convex_parts(polygon)) == 3 for world in worlds for polygon in world.polygons)
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import Forest, Maze, World, clearance, make_world, shortest_path
-from drake_starnav.worlds.outlines import rectangle, trap
-from drake_starnav.worlds.shortest_path import blocks
+from drake_starnav.worlds import Forest, Maze, World, compute_clearance, find_shortest_path, make_world
+from drake_starnav.worlds.outlines import make_rectangle, make_trap
+from drake_starnav.worlds.shortest_path import is_segment_blocked
 from tests.helpers.scans import seeds, segment_distance
 
 
@@ -22,9 +22,9 @@ def test_a_segment_is_blocked_where_a_point_of_it_is_inside(seed: int) -> None:
     nearest = min(segment_distance(point, capsule[:2], capsule[2:4]) for point in points)
     step = np.hypot(*(b - a)) / 399
     if nearest < capsule[4] - 1e-6:
-        assert blocks(*a, *b, capsule)
+        assert is_segment_blocked(*a, *b, capsule)
     elif nearest > capsule[4] + step:
-        assert not blocks(*a, *b, capsule)
+        assert not is_segment_blocked(*a, *b, capsule)
 
 
 def along(path: np.ndarray, step: float = 0.01) -> np.ndarray:
@@ -41,14 +41,14 @@ def check_path(world: World, radius: float, length: float, path: np.ndarray) -> 
     np.testing.assert_array_equal(path[0], world.start[:2])
     np.testing.assert_array_equal(path[-1], world.goal)
     assert length == pytest.approx(np.hypot(*np.diff(path, axis=0).T).sum())
-    assert clearance(world, along(path)).min() >= radius - 1e-6
+    assert compute_clearance(world, along(path)).min() >= radius - 1e-6
 
 
 @pytest.mark.parametrize("goal", [(4.03, 0.32), (3.0, 1.517)])
 @pytest.mark.parametrize("radius", [0.1, 0.7])
 def test_around_one_disc(radius, goal):
     world = World("disc", (-3.011, 0.013, 0.0), goal, cylinders=[(0.0, 0.0, 1.0)])
-    length, path = shortest_path(world, radius)
+    length, path = find_shortest_path(world, radius)
     check_path(world, radius, length, path)
     reach = 1.0 + radius
     start_distance, goal_distance = math.hypot(*world.start[:2]), math.hypot(*goal)
@@ -62,7 +62,7 @@ def test_around_one_disc(radius, goal):
 
 def test_an_open_plane_has_room_for_a_large_disc_on_its_way_round():
     world = World("plane", (-6.0, 0.05, 0.0), (6.0, 0.0), cylinders=[(0.0, 0.0, 1.0)])
-    length, path = shortest_path(world, 3.0)
+    length, path = find_shortest_path(world, 3.0)
     check_path(world, 3.0, length, path)
     exact = 2.0 * math.sqrt(36.0 - 16.0) + 4.0 * (math.pi - 2.0 * math.acos(4.0 / 6.0))
     assert length == pytest.approx(exact, rel=0.01)
@@ -71,36 +71,36 @@ def test_an_open_plane_has_room_for_a_large_disc_on_its_way_round():
 def test_a_path_from_a_coarse_grid_is_pulled_taut_all_the_way():
     a = 4.5 * np.array((math.cos(0.5), math.sin(0.5)))
     world = World("disc", (*-a, 0.0), (a[0], a[1] + 1.0), cylinders=[(0.0, 0.0, 3.0)])
-    assert shortest_path(world, 0.25, 0.8)[0] == pytest.approx(shortest_path(world, 0.25, 0.05)[0], rel=1e-3)
+    assert find_shortest_path(world, 0.25, 0.8)[0] == pytest.approx(find_shortest_path(world, 0.25, 0.05)[0], rel=1e-3)
 
 
 def test_a_thin_robot_does_not_slip_through_a_zero_width_gap():
-    walls = (rectangle(-0.2, -5.0, 0.0, 0.0), rectangle(-0.1, 0.0, 0.1, 5.0))
+    walls = (make_rectangle(-0.2, -5.0, 0.0, 0.0), make_rectangle(-0.1, 0.0, 0.1, 5.0))
     world = World("slit", (-3.0, 0.0, 0.0), (3.0, 0.0), polygons=walls, bounds=(-5.0, -5.0, 5.0, 5.0))
-    assert shortest_path(world, 0.001) is None
+    assert find_shortest_path(world, 0.001) is None
 
 
 @pytest.mark.parametrize("goal", [(0.0, 0.0), (0.0, 0.6)])
 def test_an_end_in_collision_is_no_way(goal):
     world = World("disc", (-3.0, 0.0, 0.0), goal, cylinders=[(0.0, 0.0, 0.5)])
-    assert shortest_path(world, 0.25) is None
+    assert find_shortest_path(world, 0.25) is None
 
 
 def test_out_of_a_trap_and_round_it():
-    world = World("trap", (0.5, 0.0, 0.0), (-2.0, 0.0), polygons=(trap(2.0, 1.5, 0.1, 2),))
-    length, path = shortest_path(world, 0.25)
+    world = World("trap", (0.5, 0.0, 0.0), (-2.0, 0.0), polygons=(make_trap(2.0, 1.5, 0.1, 2),))
+    length, path = find_shortest_path(world, 0.25)
     check_path(world, 0.25, length, path)
-    mirrored = World("trap", (-2.0, 0.0, 0.0), (0.5, 0.0), polygons=(trap(2.0, 1.5, 0.1, 2)[::-1],))
-    assert shortest_path(mirrored, 0.25)[0] == pytest.approx(length, rel=1e-3)
+    mirrored = World("trap", (-2.0, 0.0, 0.0), (0.5, 0.0), polygons=(make_trap(2.0, 1.5, 0.1, 2)[::-1],))
+    assert find_shortest_path(mirrored, 0.25)[0] == pytest.approx(length, rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", [Forest(), Maze(family="cells"), Maze(family="open")])
 @pytest.mark.parametrize("seed", range(4))
 def test_paths_in_worlds_are_clear_and_no_longer_than_with_a_larger_robot(kind, seed):
     world = make_world(kind, seed, 0.25)
-    length, path = shortest_path(world, 0.25)
+    length, path = find_shortest_path(world, 0.25)
     check_path(world, 0.25, length, path)
-    larger, wide = shortest_path(world, 0.3)
+    larger, wide = find_shortest_path(world, 0.3)
     check_path(world, 0.3, larger, wide)
     # the two may go round obstacles on different sides, of nearly equal lengths
     assert math.dist(world.start[:2], world.goal) <= length <= 1.01 * larger
@@ -110,4 +110,4 @@ def test_paths_in_worlds_are_clear_and_no_longer_than_with_a_larger_robot(kind, 
 def test_bad_arguments_are_refused(radius, resolution):
     world = World("disc", (-3.0, 0.0, 0.0), (3.0, 0.0), cylinders=[(0.0, 0.0, 0.5)])
     with pytest.raises(StarnavError, match="allowed"):
-        shortest_path(world, radius, resolution)
+        find_shortest_path(world, radius, resolution)

@@ -9,14 +9,14 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import disc, footprint
-from drake_starnav.worlds.outlines import rectangle
+from drake_starnav.worlds.outlines import make_rectangle
 from drake_starnav.worlds.solvable import (
     Drawn,
     check_ends,
     check_free,
     check_reachable,
+    find_leg,
     is_free,
-    leg_through,
 )
 from drake_starnav.worlds.world import World
 
@@ -29,7 +29,7 @@ class Gate(Drawn):
         self.gaps: Iterator[float] = iter(gaps)
 
     def draw(self, rng: np.random.Generator) -> World:
-        wall = rectangle(1.95, 0.0, 2.05, 2.0 - next(self.gaps))
+        wall = make_rectangle(1.95, 0.0, 2.05, 2.0 - next(self.gaps))
         return World("gate", (0.6, 1.0, 0.0), (3.4, 1.0), polygons=[wall], bounds=(0, 0, 4.0, 2.0))
 
 
@@ -52,7 +52,7 @@ def world(post: float, wall: float) -> World:
         (0.5, 1.0, 0.0),
         (3.5, 1.0),
         cylinders=[(post, 1.0, 0.1)],
-        polygons=[rectangle(1.95, 0.0, 2.05, wall)],
+        polygons=[make_rectangle(1.95, 0.0, 2.05, wall)],
         bounds=(0.0, 0.0, 4.0, 2.0),
     )
 
@@ -81,7 +81,8 @@ CAR = footprint(((0.48, -0.15), (0.48, 0.15), (-0.12, 0.15), (-0.12, -0.15)))
 def lane(width: float, yaw: float = 0.0, turn: float = 0.0) -> World:
     """A straight corridor of that width, turned about its start; the robot stands in it along `yaw`."""
     walls = [
-        rectangle(-1.5, side * (0.5 * width + 0.1) - 0.1, 4.5, side * (0.5 * width + 0.1) + 0.1) for side in (-1, 1)
+        make_rectangle(-1.5, side * (0.5 * width + 0.1) - 0.1, 4.5, side * (0.5 * width + 0.1) + 0.1)
+        for side in (-1, 1)
     ]
     return World(
         "lane", (0.0, 0.0, turn + yaw), tuple(placed((3.0, 0.0), turn)), polygons=tuple(placed(w, turn) for w in walls)
@@ -103,7 +104,7 @@ def test_a_body_passes_lengthwise_what_the_disc_around_it_does_not(
     ahead = lane(width, 0.0, turn)
     assert width < 2.0 * body.radius and is_free(ahead, ahead.start, body) == passes
     assert is_free(ahead, ahead.goal, body) == passes  # at some heading
-    found = leg_through(ahead, body, ahead.start, ahead.goal)
+    found = find_leg(ahead, body, ahead.start, ahead.goal)
     assert (found is not None) == passes
     if found is not None:
         assert found[0] == pytest.approx(3.0, abs=0.01)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.worlds import Forest, Maze, Room, World, clearance, make_world, shortest_path
-from drake_starnav.worlds.view import FARTHEST, scan_from, tightest_gap, visible_shapes
+from drake_starnav.worlds import Forest, Maze, Room, World, compute_clearance, find_shortest_path, make_world
+from drake_starnav.worlds.view import FARTHEST, find_tightest_gap, scan_from, visible_shapes
 from scripts.experiments.ablate_segments import random_views
 from tests.helpers.scans import cast
 
@@ -40,7 +40,7 @@ def test_random_poses_are_free_and_repeatable() -> None:
     worlds = [make_world(kind, 2, 0.25) for kind in KINDS]
     views, again = (list(random_views(worlds, EXACT, 0.25, seed=5)) for _ in range(2))
     for view, same in zip(views, again, strict=True):
-        assert clearance(view.world, view.pose[None, :2])[0] > 0.25
+        assert compute_clearance(view.world, view.pose[None, :2])[0] > 0.25
         np.testing.assert_array_equal(view.pose, same.pose)
     (alone,) = random_views(worlds[:1], EXACT, 0.25, seed=5)
     np.testing.assert_array_equal(alone.pose, views[0].pose)
@@ -53,22 +53,24 @@ def plane_with(**obstacles) -> World:
 @pytest.mark.parametrize("half_width", [0.3, 0.8, 2.0])
 def test_between_two_posts_it_is_their_gap(half_width: float) -> None:
     posts = [(3.0, half_width + 0.3, 0.3), (3.0, -half_width - 0.3, 0.3)]
-    assert tightest_gap(plane_with(cylinders=posts), STRAIGHT) == pytest.approx(2.0 * half_width, rel=2e-3)
+    assert find_tightest_gap(plane_with(cylinders=posts), STRAIGHT) == pytest.approx(2.0 * half_width, rel=2e-3)
 
 
 def test_the_narrowest_counts_and_so_does_an_oblique_one() -> None:
     wide = [(1.5, 2.3, 0.3), (1.5, -2.3, 0.3)]
     oblique = [(4.0, 1.0, 0.3), (5.0, -1.0, 0.3)]
-    assert tightest_gap(plane_with(cylinders=wide + oblique), STRAIGHT) == pytest.approx(math.sqrt(5.0) - 0.6, rel=1e-2)
+    assert find_tightest_gap(plane_with(cylinders=wide + oblique), STRAIGHT) == pytest.approx(
+        math.sqrt(5.0) - 0.6, rel=1e-2
+    )
 
 
 def test_thin_posts_between_two_places_of_a_coarser_look_are_found() -> None:
     posts = [(3.25, 0.5, 0.06), (3.25, -0.5, 0.06)]
-    assert tightest_gap(plane_with(cylinders=posts), STRAIGHT) == pytest.approx(0.88, rel=0.1)
+    assert find_tightest_gap(plane_with(cylinders=posts), STRAIGHT) == pytest.approx(0.88, rel=0.1)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_shortest_path_leads_through_gaps_that_its_disc_fits_in(seed: int) -> None:
     forest = make_world(Forest(), seed, 0.25)
-    _, path = shortest_path(forest, 0.255)
-    assert 0.51 - 1e-3 <= tightest_gap(forest, path) < 2.0 * FARTHEST
+    _, path = find_shortest_path(forest, 0.255)
+    assert 0.51 - 1e-3 <= find_tightest_gap(forest, path) < 2.0 * FARTHEST

@@ -10,8 +10,13 @@ import numpy as np
 
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.summary import compare, median_interval, summarise, wilson_interval
-from drake_starnav.visualization.world_figure import WIDTH, draw_world, new_figure
+from drake_starnav.evaluation.summary import (
+    compare_trials,
+    compute_median_interval,
+    compute_wilson_interval,
+    summarize_records,
+)
+from drake_starnav.visualization.world_figure import WIDTH, draw_world, make_figure
 from drake_starnav.worlds import World
 
 if TYPE_CHECKING:
@@ -45,7 +50,7 @@ class Point:
     text: str
 
 
-def svg(figure: "Figure") -> str:
+def render_svg(figure: "Figure") -> str:
     """The figure as SVG text, reproducible."""
     from matplotlib import rc_context
 
@@ -55,26 +60,26 @@ def svg(figure: "Figure") -> str:
     return file.getvalue()
 
 
-def style(methods: Sequence[str], method: str) -> dict[str, Any]:
+def choose_style(methods: Sequence[str], method: str) -> dict[str, Any]:
     """Colour, marker and line of a method, distinguishable without colour."""
     k = methods.index(method)
     dashes = DASHES[(k + k // len(COLORS)) % len(DASHES)]
     return {"color": COLORS[k % len(COLORS)], "marker": MARKERS[k % len(MARKERS)], "linestyle": dashes}
 
 
-def figure_data(results: Results) -> list[dict[str, Any]]:
+def collect_figure_data(results: Results) -> list[dict[str, Any]]:
     """Return what the figures show, a row for each point: its figure, scenario, method, x or trial and time, and y."""
-    shown_points = {"success": success_points(results), "path over shortest path": path_points(results)}
+    shown_points = {"success": compute_success_points(results), "path over shortest path": compute_path_points(results)}
     for reference in results.references:
         for field in COMPARED:
-            shown_points[f"{field} of {reference}, %"] = comparison_points(results, reference, field)
+            shown_points[f"{field} of {reference}, %"] = compute_comparison_points(results, reference, field)
     rows = [
         {"figure": name, "scenario": scenario, "method": method, "y": p.value, "low": p.low, "high": p.high}
         for name, points in shown_points.items()
         for (scenario, method), p in points.items()
     ]
     for label, measure in DIFFICULTIES:
-        for method, x, p in difficulty_points(results, measure):
+        for method, x, p in compute_difficulty_points(results, measure):
             rows.append({"figure": label, "method": method, "x": x, "y": p.value, "low": p.low, "high": p.high})
     for record in results.records:
         for robot in record.get("robots", [record]):
@@ -86,7 +91,7 @@ def figure_data(results: Results) -> list[dict[str, Any]]:
     return rows
 
 
-def success_points(results: Results) -> dict[tuple[str, str], Point]:
+def compute_success_points(results: Results) -> dict[tuple[str, str], Point]:
     """Return the success rate of each scenario and method with its 95 % Wilson interval, %."""
     return {
         (s.scenario, s.method): Point(
@@ -95,58 +100,58 @@ def success_points(results: Results) -> dict[tuple[str, str], Point]:
             100.0 * s.interval[1],
             f"{100.0 * s.reached / s.trials:.1f} %",
         )
-        for s in summarise(results.records)
+        for s in summarize_records(results.records)
         if s.trials
     }
 
 
-def success_figure(results: Results, share: float = 1.0) -> "Figure":
+def draw_success_figure(results: Results, share: float = 1.0) -> "Figure":
     """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
-    label, points = "reached the goal, % (95 % interval)", success_points(results)
-    return _panels(results, results.methods, points, label, share, limits=(-4.0, 104.0))
+    label, points = "reached the goal, % (95 % interval)", compute_success_points(results)
+    return _draw_panels(results, results.methods, points, label, share, limits=(-4.0, 104.0))
 
 
-def path_points(results: Results) -> dict[tuple[str, str], Point]:
+def compute_path_points(results: Results) -> dict[tuple[str, str], Point]:
     """Return the median of path over shortest path, where the goal was reached, with its exact interval."""
     points = {}
     for pair, case in results.cases.items():
         reached_records = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
         if reached_records:
             ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records]
-            median = median_interval(ratios)
+            median = compute_median_interval(ratios)
             points[pair] = Point(*median, f"{median.value:.3f}")
     return points
 
 
-def path_figure(results: Results, share: float = 1.0) -> "Figure | None":
+def draw_path_figure(results: Results, share: float = 1.0) -> "Figure | None":
     """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
-    points = path_points(results)
+    points = compute_path_points(results)
     label = "path / shortest path, median of the trials (95 % interval)"
-    return _panels(results, results.methods, points, label, share, guide=1.0) if points else None
+    return _draw_panels(results, results.methods, points, label, share, guide=1.0) if points else None
 
 
-def comparison_points(results: Results, reference: str, field: Compared) -> dict[tuple[str, str], Point]:
+def compute_comparison_points(results: Results, reference: str, field: Compared) -> dict[tuple[str, str], Point]:
     """Return the median of each method's ratios to the reference, with its exact interval, %."""
     points = {}
     for (scenario, method), case in results.cases.items():
-        ratio = getattr(compare(case, results.of(scenario, reference)), field)
+        ratio = getattr(compare_trials(case, results.of(scenario, reference)), field)
         if ratio is not None and method != reference:
             value, low, high = (100.0 * x for x in ratio.median)
             points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
     return points
 
 
-def comparison_figure(
+def draw_comparison_figure(
     results: Results, reference: str, field: Compared, label: str, share: float = 1.0
 ) -> "Figure | None":
     """Median of each method's time or path over the reference's, on trials that both finished, with its interval."""
-    points = comparison_points(results, reference, field)
+    points = compute_comparison_points(results, reference, field)
     others = [method for method in results.methods if method != reference]
     label = f"{label}, % of {reference}'s, median of the trials (95 % interval)"
-    return _panels(results, others, points, label, share, guide=100.0) if points else None
+    return _draw_panels(results, others, points, label, share, guide=100.0) if points else None
 
 
-def _panels(
+def _draw_panels(
     results: Results,
     methods: Sequence[str],
     points: dict[tuple[str, str], Point],
@@ -157,9 +162,9 @@ def _panels(
     guide: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
-    rows = math.ceil(len(results.scenarios) / _a_row(4, share))
+    rows = math.ceil(len(results.scenarios) / _count_panels_in_row(4, share))
     columns = math.ceil(len(results.scenarios) / rows)
-    figure = new_figure(rows * (0.95 + 0.38 * len(methods)), share * WIDTH)
+    figure = make_figure(rows * (0.95 + 0.38 * len(methods)), share * WIDTH)
     grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
     figure.supxlabel(label, fontsize=10)
     for axes in grid.flat[len(results.scenarios) :]:
@@ -171,7 +176,7 @@ def _panels(
             point = points.get((scenario, method))
             if point is None:
                 continue
-            look = style(results.methods, method)
+            look = choose_style(results.methods, method)
             axes.plot([point.low, point.high], [y, y], color=look["color"], linewidth=2.0)
             axes.plot(point.value, y, color=look["color"], marker=look["marker"], markersize=6)
         if guide is not None:
@@ -182,7 +187,7 @@ def _panels(
             axes.margins(x=0.12)
         for y, method in enumerate(methods):
             if (scenario, method) in points:
-                _label(axes, points[scenario, method], y)
+                _label_point(axes, points[scenario, method], y)
         axes.grid(axis="x", color="0.9")
         axes.spines[["top", "right"]].set_visible(False)
     grid[0, 0].set_yticks(range(len(methods)), methods, parse_math=False)
@@ -190,12 +195,12 @@ def _panels(
     return figure
 
 
-def _a_row(panels: int, share: float) -> int:
+def _count_panels_in_row(panels: int, share: float) -> int:
     """How many panels a figure of a share of the width has in a row."""
     return max(1, round(panels * share - 0.2))
 
 
-def _label(axes: "Axes", point: Point, y: float) -> None:
+def _label_point(axes: "Axes", point: Point, y: float) -> None:
     """Write a point's number above it, inside the axes, whose limits are final."""
     low, high = axes.get_xlim()
     share = (point.value - low) / (high - low)
@@ -203,32 +208,32 @@ def _label(axes: "Axes", point: Point, y: float) -> None:
     axes.annotate(point.text, (point.value, y), (0, 4), textcoords="offset points", ha=side, fontsize=8.5)
 
 
-def detour(record: Record) -> float | None:
+def compute_detour(record: Record) -> float | None:
     """Ratio of the shortest path to the straight line; None if the record has no such data."""
     shortest, straight = record.get("shortest_path_m"), record.get("straight_line_m")
     return shortest / straight if shortest and straight else None
 
 
-def gap(record: Record) -> float | None:
+def read_tightest_gap(record: Record) -> float | None:
     """The tightest gap on the shortest path, m; None without obstacles nearby or without such data in the record."""
     return record.get("tightest_gap_m")
 
 
 DIFFICULTIES: tuple[tuple[str, Callable[[Record], float | None]], ...] = (
-    ("shortest path / straight line", detour),
-    ("tightest gap on the shortest path, m", gap),
+    ("shortest path / straight line", compute_detour),
+    ("tightest gap on the shortest path, m", read_tightest_gap),
 )
 
 
-def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
+def draw_difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
     """Success rate against the difficulty of the world, over all scenarios, with 95 % Wilson intervals."""
-    panels = [(label, difficulty_points(results, measure)) for label, measure in DIFFICULTIES]
+    panels = [(label, compute_difficulty_points(results, measure)) for label, measure in DIFFICULTIES]
     panels = [panel for panel in panels if panel[1]]
     if not panels:
         return None
-    columns = min(len(panels), _a_row(2, share))
+    columns = min(len(panels), _count_panels_in_row(2, share))
     rows = math.ceil(len(panels) / columns)
-    figure = new_figure(3.9 * rows, share * WIDTH)
+    figure = make_figure(3.9 * rows, share * WIDTH)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes, (label, found_points) in zip(grid.flat, panels, strict=True):
         places = sorted({x for _, x, _ in found_points})
@@ -237,7 +242,7 @@ def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
             own = [
                 (x + spread * (k - (len(results.methods) - 1) / 2), p) for name, x, p in found_points if name == method
             ]
-            look, (x, y) = style(results.methods, method), ([at for at, _ in own], [p.value for _, p in own])
+            look, (x, y) = choose_style(results.methods, method), ([at for at, _ in own], [p.value for _, p in own])
             axes.plot(x, y, **look, markersize=5, linewidth=1.3, label=method)
             for at, p in own:
                 axes.plot([at, at], [p.low, p.high], color=look["color"], linewidth=1.0)
@@ -248,16 +253,18 @@ def difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
     for axes in grid[:, 0]:
         axes.set_ylabel("reached the goal, %")
     handles, labels = figure.axes[0].get_legend_handles_labels()
-    _legend(figure, handles, labels)
+    _add_legend(figure, handles, labels)
     return figure
 
 
-def difficulty_points(results: Results, measure: Callable[[Record], float | None]) -> list[tuple[str, float, Point]]:
+def compute_difficulty_points(
+    results: Results, measure: Callable[[Record], float | None]
+) -> list[tuple[str, float, Point]]:
     """Return by method, over all scenarios, where the worlds of a bin lie, and their success rate with its interval, %.
 
     A bin lies where its median is, of all methods' trials.
     """
-    edges, points = difficulty_edges(results.records, measure), []
+    edges, points = compute_difficulty_edges(results.records, measure), []
     known_records = [(r["method"], measure(r), r["outcome"] == "reached") for r in results.records]
     known_records = [each for each in known_records if each[1] is not None]
     values = np.array([value for _, value, _ in known_records], dtype=float)
@@ -269,13 +276,13 @@ def difficulty_points(results: Results, measure: Callable[[Record], float | None
             ]
             if reached_flags:
                 n, m = sum(reached_flags), len(reached_flags)
-                low, high = wilson_interval(n, m)
+                low, high = compute_wilson_interval(n, m)
                 point = Point(100.0 * n / m, 100.0 * low, 100.0 * high, f"{n} of {m}")
                 points.append((method, float(np.median(values[bins == b])), point))
     return points
 
 
-def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], float | None]) -> np.ndarray:
+def compute_difficulty_edges(records: Sequence[Record], measure: Callable[[Record], float | None]) -> np.ndarray:
     """Edges of bins with about equally many worlds, shape (k + 1,), ascending; empty if no record has the data."""
     worlds = {(r["scenario"], r["trial"]): measure(r) for r in records if measure(r) is not None}
     values = np.array(sorted(value for value in worlds.values() if value is not None))
@@ -285,7 +292,7 @@ def difficulty_edges(records: Sequence[Record], measure: Callable[[Record], floa
     return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
 
 
-def trajectory_figure(results: Results, scenario: str, count: int, share: float = 1.0) -> "Figure | None":
+def draw_trajectory_figure(results: Results, scenario: str, count: int, share: float = 1.0) -> "Figure | None":
     """The driven paths of all methods over each of the first `count` worlds of a scenario."""
     trials: dict[int, list[Record]] = {}
     for record in results.records:
@@ -294,20 +301,20 @@ def trajectory_figure(results: Results, scenario: str, count: int, share: float 
     shown_trials = sorted(trials)[:count]
     if not shown_trials:
         return None
-    worlds = {trial: _world(results, trials[trial][0]) for trial in shown_trials}
+    worlds = {trial: _make_world_of(results, trials[trial][0]) for trial in shown_trials}
     x0, y0, x1, y1 = next(iter(worlds.values())).extent
-    columns = _a_row(3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6, share)
+    columns = _count_panels_in_row(3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6, share)
     rows = math.ceil(len(shown_trials) / columns)
     width = share * WIDTH / columns
     height = min(1.6 * width, (width - 0.2) * (y1 - y0) / (x1 - x0)) + 0.3
-    figure = new_figure(rows * height + 0.4, share * WIDTH)
+    figure = make_figure(rows * height + 0.4, share * WIDTH)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, trial in zip(grid.flat, shown_trials, strict=False):
         _draw_task(axes, worlds[trial])
         for robot in (robot for record in trials[trial] for robot in record.get("robots", [record])):
-            look = style(results.methods, robot["method"])
+            look = choose_style(results.methods, robot["method"])
             path = np.array(robot["path"])
             layer_order = 4 - 0.1 * results.methods.index(robot["method"])  # the first method lies on top
             rank = results.methods.index(robot["method"]) / len(results.methods)  # markers apart from one another's
@@ -315,22 +322,26 @@ def trajectory_figure(results: Results, scenario: str, count: int, share: float 
             axes.plot(*path.T, **line, label=robot["method"], zorder=layer_order)
             if robot["outcome"] != "reached":
                 axes.plot(*path[-1], marker="x", color=look["color"], markersize=7, markeredgewidth=2.2, zorder=5)
-        numbers = [f"{value:.2f}" for value in (detour(trials[trial][0]), gap(trials[trial][0])) if value is not None]
+        numbers = [
+            f"{value:.2f}"
+            for value in (compute_detour(trials[trial][0]), read_tightest_gap(trials[trial][0]))
+            if value is not None
+        ]
         axes.set_title(" · ".join((f"trial {trial}", *numbers)), fontsize=8.5, pad=2)
     handles = {line.get_label(): line for axes in grid.flat for line in axes.get_legend_handles_labels()[0]}
     ordered_methods = [method for method in results.methods if method in handles]
-    _legend(figure, [handles[method] for method in ordered_methods], ordered_methods)
+    _add_legend(figure, [handles[method] for method in ordered_methods], ordered_methods)
     return figure
 
 
-def _legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> None:
-    columns = min(len(labels), _a_row(len(COLORS), figure.get_figwidth() / WIDTH))
+def _add_legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> None:
+    columns = min(len(labels), _count_panels_in_row(len(COLORS), figure.get_figwidth() / WIDTH))
     legend = figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
     for text in legend.get_texts():
         text.set_parse_math(False)
 
 
-def _world(results: Results, record: Record) -> World:
+def _make_world_of(results: Results, record: Record) -> World:
     from drake_starnav.navigation.robot import robot_world  # late: it loads Drake
 
     scenario = results.scenario(record)

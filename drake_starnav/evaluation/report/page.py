@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.report import figures
 from drake_starnav.evaluation.report.recordings import Recording
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.report.tables import result_tables, suite_tables
+from drake_starnav.evaluation.report.tables import make_result_tables, make_suite_tables
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -45,32 +45,32 @@ def write_page(
     """
     template = load_template()
     drawings: dict[str, Callable[[float], figures.Figure | None]] = {
-        "success": lambda share: figures.success_figure(results, share),
-        "difficulty": lambda share: figures.difficulty_figure(results, share),
-        PATH_IMAGE: lambda share: figures.path_figure(results, share),
+        "success": lambda share: figures.draw_success_figure(results, share),
+        "difficulty": lambda share: figures.draw_difficulty_figure(results, share),
+        PATH_IMAGE: lambda share: figures.draw_path_figure(results, share),
     }
     cost_images = [PATH_IMAGE]
     for reference, (field, words) in itertools.product(results.references, figures.COMPARED.items()):
         cost_images.append(name := f"{words} compared with {reference}")
-        drawings[name] = partial(figures.comparison_figure, results, reference, field, words)
+        drawings[name] = partial(figures.draw_comparison_figure, results, reference, field, words)
     for k, name in enumerate(results.scenarios):
-        drawings[f"{k}"] = lambda share, name=name: figures.trajectory_figure(results, name, worlds, share)  # type: ignore[misc]
+        drawings[f"{k}"] = lambda share, name=name: figures.draw_trajectory_figure(results, name, worlds, share)  # type: ignore[misc]
     images = {}
     for done, (name, draw) in enumerate(drawings.items(), start=1):
         drawn_figures = [draw(share) for share in (1.0, figures.NARROW)]
         images[name] = [
-            base64.b64encode(figures.svg(each).encode()).decode() for each in drawn_figures if each is not None
+            base64.b64encode(figures.render_svg(each).encode()).decode() for each in drawn_figures if each is not None
         ]
         if progress is not None:
             progress(done, len(drawings))
     trajectories = {name: images[f"{k}"] for k, name in enumerate(results.scenarios)}
-    outcome_table, *costs = result_tables(results)
+    outcome_table, *costs = make_result_tables(results)
     content = {
-        "published": suite_tables(results),
+        "published": make_suite_tables(results),
         "success": images["success"],
         "difficulty": images["difficulty"],
         "trajectories": {name: image for name, image in trajectories.items() if image},
-        "trials": [(chosen, results.trial_command(chosen.record)) for chosen in recordings],
+        "trials": [(chosen, results.make_trial_command(chosen.record)) for chosen in recordings],
     }
     made_by = "drake_starnav {drake_starnav} ({git}), Drake {drake}"
     return template.render(
@@ -84,8 +84,8 @@ def write_page(
         costs=costs,
         cost_images={name: images[name] for name in cost_images},
         worlds=worlds,
-        commands=results.commands(),
-        facts=_facts(results),
+        commands=results.list_commands(),
+        facts=_list_facts(results),
         texts=results.texts,
     )
 
@@ -98,16 +98,16 @@ def load_template() -> "Template":
         raise StarnavError("jinja2 is not installed; allowed: pip install 'drake-starnav[report]'") from None
     loader = FileSystemLoader(Path(__file__).parent)
     environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.globals["numeric"] = numeric_columns
+    environment.globals["numeric"] = find_numeric_columns
     return environment.get_template("page.html")
 
 
-def numeric_columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
+def find_numeric_columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
     """For each column, whether all its cells begin like a number; such columns are aligned to the right."""
     return [all(row[k][:1] in "0123456789-" for row in rows) for k in range(len(head))]
 
 
-def _facts(results: Results) -> list[tuple[str, str]]:
+def _list_facts(results: Results) -> list[tuple[str, str]]:
     """Versions, machine and seed of each file, each line once."""
     facts = [{**header["versions"], **header["machine"], "seed": header["seed"]} for header in results.headers]
     return list(dict.fromkeys((name.replace("_", " "), str(value)) for file in facts for name, value in file.items()))

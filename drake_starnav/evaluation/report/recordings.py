@@ -10,9 +10,9 @@ from typing import Any
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import NEVER_RAN, Record
-from drake_starnav.evaluation.report.results import Results, page_name
+from drake_starnav.evaluation.report.results import Results, make_page_name
 from drake_starnav.evaluation.trial_file import read_trials
-from drake_starnav.evaluation.workers import local_processes
+from drake_starnav.evaluation.workers import start_local_processes
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.utils.files import read_text
 
@@ -34,7 +34,7 @@ class Recording:
     remark: str = ""
 
 
-def chosen_trials(results: Results) -> list[Recording]:
+def choose_trials(results: Results) -> list[Recording]:
     """Every failure, and for each scenario and method the median and the worst success by time over shortest path."""
     chosen = []
     for case in results.cases.values():
@@ -85,7 +85,7 @@ def record_chosen(
     """Run the chosen trials again, on this machine, and record them into a folder; returns them with their files.
 
     Args:
-        results, chosen: with the trials, and as in `chosen_trials`.
+        results, chosen: with the trials, and as in `choose_trials`.
         folder: for the recordings; it is created.
         failures: most failures to record of each scenario and method.
         progress: called after each trial with the number done and the number of all.
@@ -98,15 +98,15 @@ def record_chosen(
         if recording.record["outcome"] != "reached":
             counts[key] = counts.get(key, 0) + 1
         if recording.record["outcome"] == "reached" or counts[key] <= failures:
-            wanted_trials[k] = page_name(recording.record)
+            wanted_trials[k] = make_page_name(recording.record)
     if not wanted_trials:
         return recordings
     folder.mkdir(parents=True, exist_ok=True)
-    with local_processes(min(jobs, len(wanted_trials))) as executor:
+    with start_local_processes(min(jobs, len(wanted_trials))) as executor:
         futures = {}
         for k, name in wanted_trials.items():
             record = chosen[k].record
-            futures[executor.submit(_record, results.scenario(record), record, folder / name)] = k
+            futures[executor.submit(_record_again, results.scenario(record), record, folder / name)] = k
         for done, future in enumerate(as_completed(futures), start=1):
             k = futures[future]
             remark = future.result() if future.exception() is None else "not recorded: a worker process died"
@@ -117,14 +117,14 @@ def record_chosen(
     return recordings
 
 
-def _record(scenario: Scenario, record: Record, path: Path) -> str:
+def _record_again(scenario: Scenario, record: Record, path: Path) -> str:
     """Run one trial again and record it; returns a remark if its run differs or cannot be recorded."""
-    from drake_starnav.simulation.records import driven_record  # late: only workers need Drake
+    from drake_starnav.simulation.records import make_driven_record  # late: only workers need Drake
 
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat would log its port for each
     try:
         path.unlink(missing_ok=True)
-        driven_again = driven_record(scenario, method=record["method"], seed=record["seed"], html=path)
+        driven_again = make_driven_record(scenario, method=record["method"], seed=record["seed"], html=path)
     except StarnavError as error:
         return str(error)
     except Exception as error:  # a failed recording must not end the report

@@ -11,11 +11,11 @@ from typing import Any
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.suites import SUITES
-from drake_starnav.evaluation.trial_file import Header, read_trials, record_key
+from drake_starnav.evaluation.trial_file import Header, make_record_key, read_trials
 from drake_starnav.loading import parse_scenario
 from drake_starnav.parameters import unknown_name
-from drake_starnav.scenario.schema import Scenario, in_world
-from drake_starnav.scenario.shipped import scenario_names
+from drake_starnav.scenario.schema import Scenario, select_world
+from drake_starnav.scenario.shipped import list_scenario_names
 
 PROGRAM = "starnav"
 """The program of the commands in a file that does not say what was typed; a checkout's scripts are the same."""
@@ -69,36 +69,36 @@ class Results:
 
     def scenario(self, record: Record) -> Scenario:
         """The scenario of a record."""
-        _, case = self._origin(record)
-        return in_world(
-            parse_scenario(case["text"], name=record["scenario"], method=_driver(case)), record.get("world")
+        _, case = self._find_origin(record)
+        return select_world(
+            parse_scenario(case["text"], name=record["scenario"], method=_describe_driver(case)), record.get("world")
         )
 
-    def _origin(self, record: Record) -> tuple[Header, dict[str, str]]:
+    def _find_origin(self, record: Record) -> tuple[Header, dict[str, str]]:
         """The header of the file that a record is from, and its case there."""
         pair = record["scenario"], record["method"]
         cases = ((header, case) for header in self.headers for case in header["cases"])
         return next(each for each in cases if (each[1]["scenario"], each[1]["method"]) == pair)
 
-    def commands(self) -> list[str]:
+    def list_commands(self) -> list[str]:
         """The commands that ran the trials, one for each file, as they were typed; empty if none was."""
-        return [_typed(header) for header in self.headers]
+        return [_describe_command(header) for header in self.headers]
 
-    def trial_command(self, record: Record) -> str:
+    def make_trial_command(self, record: Record) -> str:
         """The command that runs one trial again and records it."""
-        header, case = self._origin(record)
-        parts = [_source(case), "--method", _driver(case), "--seed", str(record["seed"])]
+        header, case = self._find_origin(record)
+        parts = [_describe_source(case), "--method", _describe_driver(case), "--seed", str(record["seed"])]
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
-        parts += ["--html", f"out/{page_name(record)}"]
-        program, _, typed_arguments = _typed(header).partition(" benchmark ")
+        parts += ["--html", f"out/{make_page_name(record)}"]
+        program, _, typed_arguments = _describe_command(header).partition(" benchmark ")
         return f"{program if typed_arguments else PROGRAM} simulate {shlex.join(parts)}"
 
 
-def page_name(record: Record) -> str:
+def make_page_name(record: Record) -> str:
     """The file name of a trial's recording, of plain characters."""
-    name, method, trial = record_key(record)
+    name, method, trial = make_record_key(record)
     plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
     return f"{plain}_{method}_{trial}.html"
 
@@ -133,11 +133,11 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
     origin: dict[tuple[str, str], Path] = {}
     tasks: dict[str, tuple[Path, dict[str, Any]]] = {}
     files = [read_trials(path) for path in paths]
-    settings = _settings([header for header, _ in files])
+    settings = _find_settings([header for header, _ in files])
     for path, (header, found_records), setting in zip(paths, files, settings, strict=True):
         if setting:
-            header = {**header, "cases": [_called(case, setting) for case in header["cases"]]}
-            found_records = [_called(record, setting) for record in found_records]
+            header = {**header, "cases": [_rename_method(case, setting) for case in header["cases"]]}
+            found_records = [_rename_method(record, setting) for record in found_records]
         if headers and header["seed"] != headers[0]["seed"]:
             raise StarnavError(
                 f"{path} has seed {header['seed']}, {paths[0]} has {headers[0]['seed']}; allowed: the same, as only "
@@ -147,7 +147,7 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
             name = case["scenario"], case["method"]
             if name in origin:
                 raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
-            origin[name], task = path, _task(case, header, compares_settings=any(settings))
+            origin[name], task = path, _describe_task(case, header, compares_settings=any(settings))
             first, other = tasks.setdefault(name[0], (path, task))
             if changed_keys := [key for key in task if task[key] != other[key]]:
                 raise StarnavError(
@@ -161,7 +161,7 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
     return make_results(headers, records, references)
 
 
-def _settings(headers: Sequence[Header]) -> list[str]:
+def _find_settings(headers: Sequence[Header]) -> list[str]:
     """The overrides in which each file differs from the others; empty where no two have the same case."""
     pairs = [{(case["scenario"], case["method"]) for case in header["cases"]} for header in headers]
     if sum(map(len, pairs)) == len(set().union(*pairs)):
@@ -170,20 +170,20 @@ def _settings(headers: Sequence[Header]) -> list[str]:
     return [" ".join(each for each in header["overrides"] if each not in common) for header in headers]
 
 
-def _called(entry: dict[str, Any], setting: str) -> dict[str, Any]:
+def _rename_method(entry: dict[str, Any], setting: str) -> dict[str, Any]:
     """A case or a record, also of several robots, whose method is called by a setting as well."""
-    robots = {"robots": [_called(each, setting) for each in entry["robots"]]} if "robots" in entry else {}
+    robots = {"robots": [_rename_method(each, setting) for each in entry["robots"]]} if "robots" in entry else {}
     return {**entry, **robots, "method": f"{entry['method']} {setting}", "driver": entry["method"]}
 
 
-def _driver(case: Mapping[str, str]) -> str:
+def _describe_driver(case: Mapping[str, str]) -> str:
     """The method of a case without its settings."""
     return case.get("driver", case["method"])
 
 
-def _task(case: Mapping[str, str], header: Header, *, compares_settings: bool) -> dict[str, Any]:
+def _describe_task(case: Mapping[str, str], header: Header, *, compares_settings: bool) -> dict[str, Any]:
     """What must be equal for all methods in a scenario, so that trials of the same number are the same task."""
-    scenario = parse_scenario(case["text"], name=case["scenario"], method=_driver(case))
+    scenario = parse_scenario(case["text"], name=case["scenario"], method=_describe_driver(case))
     robot = scenario.robot
     shared_task: dict[str, Any] = {"world": scenario.world, "numbers of trials": header["in_worlds"]}
     if compares_settings:  # the worlds are made for what the robot covers
@@ -191,10 +191,10 @@ def _task(case: Mapping[str, str], header: Header, *, compares_settings: bool) -
     return shared_task | {"robot": robot, "simulation": scenario.simulation}
 
 
-def _typed(header: Header) -> str:
+def _describe_command(header: Header) -> str:
     return re.sub(r"^python \S*benchmark\.py ", f"{PROGRAM} benchmark ", header.get("command", ""))
 
 
-def _source(case: Mapping[str, str]) -> str:
+def _describe_source(case: Mapping[str, str]) -> str:
     name = case["scenario"]
-    return case.get("source") or (name if name in scenario_names() else f"{name}.yaml")
+    return case.get("source") or (name if name in list_scenario_names() else f"{name}.yaml")

@@ -11,18 +11,18 @@ import numpy as np
 
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.suites import SUITES, suite_table
+from drake_starnav.evaluation.suites import SUITES, make_suite_table
 from drake_starnav.evaluation.summary import (
     PairedRatio,
     Table,
-    by_robot,
-    compare,
-    cost_table,
-    markdown_table,
-    markdown_text,
-    number,
-    outcome_table,
-    summarise,
+    compare_trials,
+    escape_markdown,
+    format_markdown_table,
+    format_number,
+    make_cost_table,
+    make_outcome_table,
+    split_by_robot,
+    summarize_records,
 )
 
 TABLED = (
@@ -37,45 +37,47 @@ UNITS = {
 """Suffixes of a record's fields and the units they stand for."""
 
 
-def further_figures(records: Sequence[Record]) -> list[str]:
+def list_further_figures(records: Sequence[Record]) -> list[str]:
     """Names of all other numbers in the records, in their order."""
     names = (name for record in records for name, value in record.items() if _is_number(value))
     return [name for name in dict.fromkeys(names) if name not in TABLED]
 
 
-def suite_tables(results: Results) -> list[tuple[str, Table]]:
+def make_suite_tables(results: Results) -> list[tuple[str, Table]]:
     """Title and cells of the table of each suite that the trials belong to."""
     suites = [SUITES[name] for name in results.suites if name in SUITES]
-    return [(suite.meaning, suite_table(suite, results.records, results.given_references)) for suite in suites]
+    return [(suite.meaning, make_suite_table(suite, results.records, results.given_references)) for suite in suites]
 
 
-def result_tables(results: Results) -> list[tuple[str, Table]]:
+def make_result_tables(results: Results) -> list[tuple[str, Table]]:
     """Title and cells of each other table; the first one shows the outcomes, also of each of several robots."""
-    summaries = summarise(by_robot(results.records))
+    summaries = summarize_records(split_by_robot(results.records))
     tables = [
-        ("How the trials ended", outcome_table(summaries)),
-        ("Paths, times and clearances", cost_table(summaries)),
+        ("How the trials ended", make_outcome_table(summaries)),
+        ("Paths, times and clearances", make_cost_table(summaries)),
     ]
-    further = further_figures(results.records)
+    further = list_further_figures(results.records)
     if further:
-        tables.append(("Further figures, means over the trials that reached the goal", _further(results, further)))
+        tables.append(
+            ("Further figures, means over the trials that reached the goal", _make_further_table(results, further))
+        )
     for reference in results.references if len(results.methods) > 1 else ():
         title = f"Compared with {reference}, times and paths on the trials that both reached"
-        tables.append((title, comparison_table(results, reference)))
+        tables.append((title, make_comparison_table(results, reference)))
     return tables
 
 
-def tables_markdown(results: Results) -> str:
+def format_tables_markdown(results: Results) -> str:
     """The tables with their titles."""
-    tables = suite_tables(results) + result_tables(results)
-    return "\n\n".join(f"**{markdown_text(title)}**\n\n{markdown_table(*table)}" for title, table in tables)
+    tables = make_suite_tables(results) + make_result_tables(results)
+    return "\n\n".join(f"**{escape_markdown(title)}**\n\n{format_markdown_table(*table)}" for title, table in tables)
 
 
-def summary_csv(results: Results) -> str:
+def format_summary_csv(results: Results) -> str:
     """One line for each scenario, each of its robots, and each method, with every figure at full precision."""
     rows = []
-    further = further_figures(results.records)
-    summaries = summarise(by_robot(results.records))
+    further = list_further_figures(results.records)
+    summaries = summarize_records(split_by_robot(results.records))
     failures = dict.fromkeys(name for summary in summaries for name in summary.failures)
     for summary in summaries:
         row: dict[str, Any] = {}
@@ -83,14 +85,14 @@ def summary_csv(results: Results) -> str:
             row |= {name: value.get(name, 0) for name in failures} if isinstance(value, dict) else {name: value}
         row["success_low"], row["success_high"] = row.pop("interval")
         case = results.of(summary.scenario, summary.method)
-        row |= {name: mean_of(case, name) for name in further if name not in row}
+        row |= {name: compute_mean(case, name) for name in further if name not in row}
         for reference in results.references:
-            row |= _comparison_figures(case, results.of(summary.scenario, reference), reference)
+            row |= _list_comparison_figures(case, results.of(summary.scenario, reference), reference)
         rows.append(row)
-    return csv_text(rows)
+    return format_csv(rows)
 
 
-def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+def format_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     """Rows as CSV, with a column for each name that any of them has; a value that is missing or NaN is empty."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
@@ -101,9 +103,9 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return text.getvalue()
 
 
-def _comparison_figures(case: Sequence[Record], others: Sequence[Record], reference: str) -> dict[str, Any]:
+def _list_comparison_figures(case: Sequence[Record], others: Sequence[Record], reference: str) -> dict[str, Any]:
     """The figures of a comparison as columns of the CSV."""
-    pair = compare(case, others)
+    pair = compare_trials(case, others)
     figures: dict[str, Any] = {"both_reached": pair.trials}
     for name, ratio in (("time", pair.time), ("path", pair.path)):
         if ratio is not None:
@@ -116,7 +118,7 @@ def _comparison_figures(case: Sequence[Record], others: Sequence[Record], refere
     return {f"{name}_to_{reference}": figure for name, figure in figures.items()}
 
 
-def mean_of(records: Sequence[Record], name: str) -> float | None:
+def compute_mean(records: Sequence[Record], name: str) -> float | None:
     """The mean of a figure over the trials that have it and reached the goal."""
     values = [r[name] for r in records if r["outcome"] == "reached" and _is_number(r.get(name))]
     return float(np.mean(values)) if values else None
@@ -126,36 +128,44 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float)
 
 
-def label_of(name: str) -> str:
+def make_label(name: str) -> str:
     """A record's field in words: `min_clearance_m` -> "min clearance, m"."""
     words, _, unit = name.rpartition("_")
     return f"{words.replace('_', ' ')}, {UNITS[unit]}" if words and unit in UNITS else name.replace("_", " ")
 
 
-def _further(results: Results, names: Sequence[str]) -> Table:
-    rows = [(*pair, *(number(mean_of(case, name), 3) for name in names)) for pair, case in results.cases.items()]
-    return ("scenario", "method", *map(label_of, names)), rows
+def _make_further_table(results: Results, names: Sequence[str]) -> Table:
+    rows = [
+        (*pair, *(format_number(compute_mean(case, name), 3) for name in names)) for pair, case in results.cases.items()
+    ]
+    return ("scenario", "method", *map(make_label, names)), rows
 
 
-def comparison_table(results: Results, reference: str) -> Table:
+def make_comparison_table(results: Results, reference: str) -> Table:
     """Each method against the reference: ratios in per cent, and the paired test of success."""
     rows = []
     for (scenario, method), case in results.cases.items():
         if method != reference:
-            pair = compare(case, results.of(scenario, reference))
-            ratios = (cell for ratio in (pair.time, pair.path) for cell in ratio_cells(ratio))
+            pair = compare_trials(case, results.of(scenario, reference))
+            ratios = (cell for ratio in (pair.time, pair.path) for cell in format_ratio_cells(ratio))
             reached_alone = f"{pair.reached_alone} / {pair.other_reached_alone}"
-            rows.append((scenario, method, str(pair.trials), *ratios, reached_alone, number(pair.success_p_value, 4)))
+            rows.append(
+                (scenario, method, str(pair.trials), *ratios, reached_alone, format_number(pair.success_p_value, 4))
+            )
     columns = [
         f"{name}, %: {kind}" for name in ("time", "path") for kind in ("mean of ratios", "median", "ratio of sums")
     ]
     return ("scenario", "method", "both reached", *columns, "only it / only the other reached", "p (McNemar)"), rows
 
 
-def ratio_cells(ratio: PairedRatio | None) -> tuple[str, str, str]:
+def format_ratio_cells(ratio: PairedRatio | None) -> tuple[str, str, str]:
     """Mean, median with its 95 % interval if there is one, and ratio of sums, in per cent."""
     if ratio is None:
         return "-", "-", "-"
     value, low, high = ratio.median
-    interval = "" if math.isnan(low) else f" ({number(low, 1, 100.0)} to {number(high, 1, 100.0)})"
-    return number(ratio.mean, 1, 100.0), number(value, 1, 100.0) + interval, number(ratio.of_sums, 1, 100.0)
+    interval = "" if math.isnan(low) else f" ({format_number(low, 1, 100.0)} to {format_number(high, 1, 100.0)})"
+    return (
+        format_number(ratio.mean, 1, 100.0),
+        format_number(value, 1, 100.0) + interval,
+        format_number(ratio.of_sums, 1, 100.0),
+    )

@@ -14,7 +14,7 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.se2 import find_pose_in_frame, transform_points
 from drake_starnav.parameters import is_number
-from drake_starnav.utils.files import read_bytes, read_text, reading
+from drake_starnav.utils.files import explain_read_errors, read_bytes, read_text
 from drake_starnav.utils.yaml_text import load_yaml
 from drake_starnav.worlds.world import check_keys, check_numbers
 
@@ -47,7 +47,7 @@ class OccupancyMap:
         flat = self.resolution * np.reshape(points, (-1, 2))
         return transform_points(np.array(self.origin), flat).reshape(np.shape(points))
 
-    def cell_at(self, point: tuple[float, float]) -> tuple[int, int] | None:
+    def find_cell(self, point: tuple[float, float]) -> tuple[int, int] | None:
         """Indices of `cells` at a point (x, y) of W, m; None outside the map."""
         x, y, _ = find_pose_in_frame(np.array(self.origin), np.array((*point, 0.0)))
         row, column = math.floor(y / self.resolution), math.floor(x / self.resolution)
@@ -63,11 +63,14 @@ def read_map(path: Path) -> OccupancyMap:
             not allowed, or the map is too large.
     """
     keys = _read_yaml(path)
-    resolution = _number(keys, "resolution", path)
+    resolution = _read_number(keys, "resolution", path)
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     x, y, yaw = check_numbers(keys["origin"], f"map {path}: origin", ("x", "y", "yaw"))
-    free_threshold, occupied_threshold = _number(keys, "free_thresh", path), _number(keys, "occupied_thresh", path)
+    free_threshold, occupied_threshold = (
+        _read_number(keys, "free_thresh", path),
+        _read_number(keys, "occupied_thresh", path),
+    )
     if not 0.0 <= free_threshold <= occupied_threshold <= 1.0:
         raise StarnavError(
             f"map {path}: free_thresh is {free_threshold:g}, occupied_thresh is {occupied_threshold:g}; "
@@ -80,18 +83,20 @@ def read_map(path: Path) -> OccupancyMap:
     mode = mode.lower() if isinstance(mode, str) else mode
     if mode not in MODES:
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
-    shade, opacity = read_image(_image(keys, path))
-    cells = occupancy(shade, opacity, mode=mode, negate=bool(negate), occupied=occupied_threshold, free=free_threshold)
+    shade, opacity = read_image(_find_image(keys, path))
+    cells = classify_pixels(
+        shade, opacity, mode=mode, negate=bool(negate), occupied=occupied_threshold, free=free_threshold
+    )
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 
-def _image(keys: dict[str, Any], path: Path) -> Path:
+def _find_image(keys: dict[str, Any], path: Path) -> Path:
     if not isinstance(keys["image"], str):
         raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
     return path.parent / keys["image"]
 
 
-def occupancy(
+def classify_pixels(
     shade: np.ndarray, opacity: np.ndarray | None, *, mode: str, negate: bool, occupied: float, free: float
 ) -> np.ndarray:
     """What each pixel says, as FREE, OCCUPIED or UNKNOWN, int8.
@@ -132,7 +137,7 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
 
     place, allowed_text = f"map image {path}", "a complete PGM (P2 or P5), PNG or BMP image"
     data = io.BytesIO(read_bytes(path, place, allowed_text))
-    with reading(place, allowed_text):
+    with explain_read_errors(place, allowed_text):
         try:
             image = Image.open(data, formats=("PPM", "PNG", "BMP"))
         except Image.UnidentifiedImageError:
@@ -143,10 +148,10 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
             if image.width * image.height > LARGEST_MAP:
                 raise StarnavError(f"{place} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}")
             image.load()
-            return _brightness(image)
+            return _read_brightness(image)
 
 
-def _brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:
+def _read_brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:
     if image.mode == "P" or "transparency" in image.info:
         image = image.convert("RGBA")
     elif image.mode == "1":
@@ -167,7 +172,7 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return keys
 
 
-def _number(keys: dict[str, Any], key: str, path: Path) -> float:
+def _read_number(keys: dict[str, Any], key: str, path: Path) -> float:
     value = keys[key]
     if not is_number(value):
         raise StarnavError(f"map {path}: {key} is {shown(value)}; allowed: a finite number")

@@ -12,7 +12,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.files import read_bytes
 from drake_starnav.utils.resources import PACKAGE_URI, resolve_path
-from drake_starnav.worlds.convex_parts import convex_parts, evened
+from drake_starnav.worlds.convex_parts import simplify_outline, split_into_convex_parts
 from drake_starnav.worlds.world import MOST_SHAPES, ModelFile, World
 
 FORMATS = (".dmd.yaml", ".sdf", ".world", ".urdf")
@@ -39,14 +39,14 @@ class Obstacles:
         parts = len(world.cylinders)
         for k, polygon in enumerate(world.polygons):
             try:
-                parts += len(convex_parts(polygon))
+                parts += len(split_into_convex_parts(polygon))
             except StarnavError as error:
                 raise StarnavError(f"Obstacles.polygons[{k}]: {error}") from None
         if parts > MOST_SHAPES:
             raise StarnavError(
                 f"Obstacles has {parts} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
             )
-        return dataclasses.replace(world, polygons=tuple(map(evened, world.polygons)))
+        return dataclasses.replace(world, polygons=tuple(map(simplify_outline, world.polygons)))
 
 
 @dataclass(frozen=True)

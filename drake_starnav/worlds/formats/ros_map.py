@@ -12,8 +12,8 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
 from drake_starnav.utils.resources import resolve_path
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap, read_map
-from drake_starnav.worlds.outlines import solid_rectangles
-from drake_starnav.worlds.solvable import is_solvable, random_yaw, said_of
+from drake_starnav.worlds.outlines import find_solid_rectangles
+from drake_starnav.worlds.solvable import describe_size, draw_random_yaw, is_solvable
 from drake_starnav.worlds.world import World, check_numbers
 
 _TRIES = 20  # of ends for a footprint
@@ -61,8 +61,8 @@ class RosMap:
             if end_points is None:
                 raise StarnavError(
                     f"map {path}: no start and goal {self.min_distance:g} m apart with a way for "
-                    f"{said_of(robot)} and {_SPARE:g} m to spare; allowed: more free space, or a smaller robot or "
-                    "world.min_distance"
+                    f"{describe_size(robot)} and {_SPARE:g} m to spare; "
+                    "allowed: more free space, or a smaller robot or world.min_distance"
                 )
             start, goal = end_points
         return self._world(path, grid, solid, start, goal)
@@ -72,7 +72,7 @@ class RosMap:
             name=path.stem,
             start=(start[0], start[1], start[2]),
             goal=(goal[0], goal[1]),
-            polygons=_polygons(grid, solid, self.unknown == "occupied", (start[:2], goal)),
+            polygons=_make_wall_rectangles(grid, solid, self.unknown == "occupied", (start[:2], goal)),
             timeout=600.0,  # a map may be of a whole floor of a building
         )
 
@@ -97,7 +97,7 @@ class RosMap:
         """Raise `StarnavError` unless a place (x, y, ...) is empty or free in the map."""
         if not place:
             return
-        cell = grid.cell_at((place[0], place[1]))
+        cell = grid.find_cell((place[0], place[1]))
         where = f"RosMap.{name} is [{place[0]:g}, {place[1]:g}]"
         if cell is None:
             raise StarnavError(f"{where}, outside of map {path}; allowed: a place on a free cell")
@@ -117,20 +117,20 @@ class RosMap:
         for _ in range(1 if given_place else 200):
             start_place = places.near(given_place) if given_place else places.random(rng)
             point = given_place or places.centers[start_place].tolist()
-            others = places.in_reach(start_place, point, self.min_distance)
+            others = places.find_in_reach(start_place, point, self.min_distance)
             if len(others):
                 other = places.centers[rng.choice(others)].tolist()
                 begin, end = (other, point) if goal else (point, other)
-                return start or [*begin, random_yaw(rng)], end
+                return start or [*begin, draw_random_yaw(rng)], end
         return None
 
 
-def _polygons(
+def _make_wall_rectangles(
     grid: OccupancyMap, solid: np.ndarray, closed: bool, ends: Iterable[list[float]]
 ) -> tuple[np.ndarray, ...]:
     """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them."""
     padded_cells = np.pad(solid, 1, constant_values=closed)
-    rectangles = solid_rectangles(padded_cells, np.array([grid.cell_at((x, y)) for x, y in ends]) + 1)
+    rectangles = find_solid_rectangles(padded_cells, np.array([grid.find_cell((x, y)) for x, y in ends]) + 1)
     i0, j0, i1, j1 = rectangles.T - 1.0
     corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
     return tuple(grid.to_world(corners))
@@ -162,7 +162,7 @@ class _Places:
         """The number of the place nearest to a point (x, y) of W, m."""
         return int(np.argmin(np.hypot(*(self.centers - point).T)))
 
-    def in_reach(self, place: int, point: list[float], distance: float) -> np.ndarray:
+    def find_in_reach(self, place: int, point: list[float], distance: float) -> np.ndarray:
         """Numbers of the places in reach of one that are at least a distance (m) from a point (x, y) of W."""
         reach = self._labels == self._labels[place]
         return np.flatnonzero(reach & (np.hypot(*(self.centers - point).T) >= distance))

@@ -12,18 +12,18 @@ import numpy as np
 from drake_starnav.errors import StarnavError, shown
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
-from drake_starnav.utils.files import read_text, reading
-from drake_starnav.utils.resources import model_path
+from drake_starnav.utils.files import explain_read_errors, read_text
+from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
-from drake_starnav.worlds.outlines import place, rectangle
+from drake_starnav.worlds.outlines import make_rectangle, place
 from drake_starnav.worlds.world import MOST_SHAPES, World, check_keys, check_numbers
 
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
-def shipped_file(name: str) -> Path | None:
+def find_shipped_file(name: str) -> Path | None:
     """The shipped file of worlds of that name, if there is one."""
-    path = model_path("worlds", f"{name}.json")
+    path = find_model_path("worlds", f"{name}.json")
     return path if Path(name).name == name and os.path.isfile(path) else None
 
 
@@ -42,11 +42,11 @@ class WorldFile:
         Raises:
             StarnavError: the file is missing or not one of worlds.
         """
-        path = shipped_file(file) or Path(file)
-        names = ", ".join(sorted(p.stem for p in model_path("worlds").glob(f"{kind.lower()}_*.json")))
+        path = find_shipped_file(file) or Path(file)
+        names = ", ".join(sorted(p.stem for p in find_model_path("worlds").glob(f"{kind.lower()}_*.json")))
         place, allowed_text = f"world.file {shown(file)}", f"{names}, or the path of a JSON file of worlds"
         text = read_text(path, place, allowed_text)
-        with reading(place, allowed_text):
+        with explain_read_errors(place, allowed_text):
             content = json.loads(text)
         entries = content.get("worlds") if isinstance(content, dict) else None
         if not isinstance(entries, list) or not entries:
@@ -65,7 +65,7 @@ class WorldFile:
         """Raise `StarnavError` unless the file has a world of each number."""
         for number in numbers:
             if number not in self.worlds:
-                known_ids = _ranges(sorted(self.worlds))
+                known_ids = _format_ranges(sorted(self.worlds))
                 raise StarnavError(f"world.id is {number}; allowed: a world of {self.path}: {known_ids}")
 
     def world(self, number: int, keys: Sequence[str]) -> tuple[str, dict[str, Any]]:
@@ -115,7 +115,7 @@ class NumberedWorld:
         raise NotImplementedError
 
 
-def _ranges(numbers: list[int]) -> str:
+def _format_ranges(numbers: list[int]) -> str:
     """Ascending numbers as text: [0, 1, 2, 5] is "0-2, 5"."""
     runs: list[list[int]] = []
     for number in numbers:
@@ -175,19 +175,19 @@ class DynaBarn(NumberedWorld):
             name=f"dynabarn_{self.id}",
             start=meta["start"],
             goal=meta["goal"],
-            polygons=_walls(_listed(entry, "walls")),
+            polygons=_read_walls(_list_world_numbers(entry, "walls")),
             timeout=self.TIMEOUT,
-            moving_obstacles=_moving_obstacles(content["trajectories"], _listed(entry, "plugins")),
+            moving_obstacles=_read_moving_obstacles(content["trajectories"], _list_world_numbers(entry, "plugins")),
         )
 
 
-def _listed(mapping: dict[str, Any], key: str) -> list:
+def _list_world_numbers(mapping: dict[str, Any], key: str) -> list:
     if not isinstance(mapping[key], list):
         raise StarnavError(f"{key} is {shown(mapping[key])}; allowed: a list")
     return mapping[key]
 
 
-def _walls(walls: list) -> tuple[np.ndarray, ...]:
+def _read_walls(walls: list) -> tuple[np.ndarray, ...]:
     polygons = []
     for k, wall in enumerate(walls):
         check_keys(wall, f"walls[{k}]", ("pose", "size"))
@@ -195,18 +195,18 @@ def _walls(walls: list) -> tuple[np.ndarray, ...]:
         length, width, height = check_numbers(wall["size"], f"walls[{k}].size", ("x", "y", "z"))
         if min(length, width, height) <= 0.0:
             raise StarnavError(f"walls[{k}].size is {shown(wall['size'])}; allowed: positive lengths, m")
-        polygons.append(place(rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width), (x, y), yaw))
+        polygons.append(place(make_rectangle(-0.5 * length, -0.5 * width, 0.5 * length, 0.5 * width), (x, y), yaw))
     return tuple(polygons)
 
 
-def _moving_obstacles(trajectories: Any, plugins: list) -> MovingObstacles:
+def _read_moving_obstacles(trajectories: Any, plugins: list) -> MovingObstacles:
     paths = []
     for k, plugin in enumerate(plugins):
         if not isinstance(trajectories, dict) or not isinstance(plugin, str) or plugin not in trajectories:
             raise StarnavError(f"plugins[{k}] is {shown(plugin)}; allowed: the name of one of the trajectories")
         trajectory, where = trajectories[plugin], f"trajectories.{plugin}"
         check_keys(trajectory, where, ("total", "keys"))
-        keys = enumerate(_listed(trajectory, "keys"))
+        keys = enumerate(_list_world_numbers(trajectory, "keys"))
         path = [check_numbers(key, f"{where}.keys[{n}]", ("t", "x", "y")) for n, key in keys]
         (total,) = check_numbers([trajectory["total"]], f"{where}.total", ("a time in s",))
         if path and total > path[-1][0]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.outlines import place, rectangle, solid_rectangles
-from drake_starnav.worlds.solvable import random_yaw
+from drake_starnav.worlds.outlines import find_solid_rectangles, make_rectangle, place
+from drake_starnav.worlds.solvable import draw_random_yaw
 from drake_starnav.worlds.world import World
 
 _LENGTHS = (2.0, 5.0)  # m, of a lane
@@ -37,25 +37,25 @@ class Channel:
         lanes = int(rng.integers(*_LANES, endpoint=True))
         wall = rng.uniform(*_WALLS)
         width = 2.0 * (robot.radius + self.clearance)
-        line = _middle_line(shape, length, lanes, width + wall)
+        line = _make_middle_line(shape, length, lanes, width + wall)
         angle = rng.uniform(-math.pi, math.pi)
         end_points = place(line[[0, -1]], (0.0, 0.0), angle)
         path_length = float(np.hypot(*np.diff(line, axis=0).T).sum())
         return World(
             name="channel",
-            start=(*end_points[0], random_yaw(rng)),
+            start=(*end_points[0], draw_random_yaw(rng)),
             goal=tuple(end_points[1]),
-            polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _walls(line, width, wall)),
+            polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _make_walls(line, width, wall)),
             timeout=60.0 + path_length / 0.05,  # for that mean speed, m/s
         )
 
 
-def _middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndarray:
+def _make_middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndarray:
     """Corners of the channel's middle line, (k, 2), m: lanes of one length, a pitch apart, m, parallel to an axis."""
     if shape == "corridor":
         return np.array([(0.0, 0.0), (length, 0.0)])
     if shape == "spiral":
-        return _spiral(length, lanes, pitch)
+        return _make_spiral(length, lanes, pitch)
     corners = []
     for k in range(2 if shape == "u_turn" else lanes):
         end_points = [(0.0, k * pitch), (length, k * pitch)]
@@ -63,7 +63,7 @@ def _middle_line(shape: str, length: float, lanes: int, pitch: float) -> np.ndar
     return np.array(corners)
 
 
-def _spiral(length: float, lanes: int, pitch: float) -> np.ndarray:
+def _make_spiral(length: float, lanes: int, pitch: float) -> np.ndarray:
     """A rectangular spiral inwards, whose runs become shorter by a pitch from the third turn on.
 
     It ends before the first run that is shorter than a pitch: the lanes at both ends of that one would merge.
@@ -78,13 +78,13 @@ def _spiral(length: float, lanes: int, pitch: float) -> np.ndarray:
     return np.array(corners)
 
 
-def _walls(line: np.ndarray, width: float, wall: float) -> list[np.ndarray]:
+def _make_walls(line: np.ndarray, width: float, wall: float) -> list[np.ndarray]:
     """Rectangles that bound all places within half a width of the middle line, in the largest norm."""
     low, high = np.minimum(line[:-1], line[1:]) - 0.5 * width, np.maximum(line[:-1], line[1:]) + 0.5 * width
     x, y = (np.unique(np.round((low[:, a], high[:, a], low[:, a] - wall, high[:, a] + wall), 9)) for a in (0, 1))
     middle = np.stack(np.meshgrid(0.5 * (x[:-1] + x[1:]), 0.5 * (y[:-1] + y[1:]), indexing="ij"), axis=-1)[..., None, :]
     free = ((middle > low) & (middle < high)).all(axis=-1).any(axis=-1)
     solid = ((middle > low - wall) & (middle < high + wall)).all(axis=-1).any(axis=-1) & ~free
-    parts = solid_rectangles(~free)
+    parts = find_solid_rectangles(~free)
     inner_boxes = [(i0, j0, i1, j1) for i0, j0, i1, j1 in parts if solid[i0:i1, j0:j1].any()]
-    return [rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inner_boxes]
+    return [make_rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inner_boxes]

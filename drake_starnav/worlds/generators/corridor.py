@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.outlines import WALL, rectangle
-from drake_starnav.worlds.solvable import Drawn, random_yaw
+from drake_starnav.worlds.outlines import WALL, make_rectangle
+from drake_starnav.worlds.solvable import Drawn, draw_random_yaw
 from drake_starnav.worlds.world import World
 
 _WIDTH = 1.5  # m
@@ -29,20 +29,22 @@ class Corridor(Drawn):
         for k in range(1, lanes):
             y = k * pitch - WALL
             left, right = (0.0, run) if k % 2 else (_WIDTH, lane)
-            polygons.append(rectangle(left, y, right, y + WALL))
+            polygons.append(make_rectangle(left, y, right, y + WALL))
         for k in range(lanes):
             bottom, top = k * pitch, k * pitch + _WIDTH
             reach = self.fin * _WIDTH
             x = _WIDTH + rng.uniform(0.5, 1.5)
             while reach > 0.0 and x < lane - _WIDTH - 0.5:
                 low = rng.random() < 0.5
-                polygons.append(rectangle(x, bottom if low else top - reach, x + WALL, bottom + reach if low else top))
+                polygons.append(
+                    make_rectangle(x, bottom if low else top - reach, x + WALL, bottom + reach if low else top)
+                )
                 x += rng.uniform(1.2, 2.5) * _WIDTH
         half = _WIDTH / 2.0
         goal_x = lane - half if lanes % 2 else half
         return World(
             name="corridor",
-            start=(half, half, random_yaw(rng)),
+            start=(half, half, draw_random_yaw(rng)),
             goal=(goal_x, (lanes - 1) * pitch + half),
             polygons=tuple(polygons),
             bounds=(0.0, 0.0, lane, lanes * pitch - WALL),

@@ -9,10 +9,10 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.clearance import clearance
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_clearance, there_and_back
-from drake_starnav.worlds.outlines import place, rectangle
-from drake_starnav.worlds.solvable import Drawn, random_yaw
+from drake_starnav.worlds.clearance import compute_clearance
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, compute_moving_obstacle_clearance, there_and_back
+from drake_starnav.worlds.outlines import make_rectangle, place
+from drake_starnav.worlds.solvable import Drawn, draw_random_yaw
 from drake_starnav.worlds.world import World
 
 _HEIGHT = 12.0  # m, extent along y
@@ -54,11 +54,11 @@ class Crowd(Drawn):
         for _ in range(rng.integers(1, 3, endpoint=True)):
             middle = rng.uniform((3.0, 2.0), (self.width - 3.0, _HEIGHT - 2.0))
             half, thick = 0.5 * rng.uniform(1.5, 3.0), 0.06
-            walls.append(place(rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
+            walls.append(place(make_rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
         start_y, goal_y = rng.uniform(0.8, _HEIGHT - 0.8, 2)
         return World(
             name="crowd",
-            start=(rng.uniform(0.6, 1.4), start_y, random_yaw(rng)),
+            start=(rng.uniform(0.6, 1.4), start_y, draw_random_yaw(rng)),
             goal=(self.width - rng.uniform(0.6, 1.4), goal_y),
             cylinders=np.column_stack((places, rng.uniform(0.15, 0.4, len(places)))),
             polygons=tuple(walls),
@@ -70,22 +70,22 @@ class Crowd(Drawn):
         speed, winding = rng.uniform(*self.speed), rng.random() < 0.5
         for _ in range(_TRIES):
             position = rng.uniform(radius, (self.width - radius, _HEIGHT - radius))
-            room = clearance(world, position[None])[0] - radius
+            room = compute_clearance(world, position[None])[0] - radius
             if room < 0.05 or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue
-            path = wander(world, position, radius, speed, winding, rng)
-            if path is not None and _longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
+            path = draw_wandering_path(world, position, radius, speed, winding, rng)
+            if path is not None and _find_longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
                 return path
         raise StarnavError(
             f"Crowd: none of {_TRIES} paths for a disc of radius {radius:.2f} m was free; allowed: a larger room"
         )
 
 
-def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
+def _find_longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
     """Longest time for which a moving obstacle is continuously nearer to a place than a distance (m), s."""
     times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # two periods, as it may stay where its path closes
     is_near = (
-        moving_obstacle_clearance(
+        compute_moving_obstacle_clearance(
             MovingObstacles(np.array([distance]), (path,)), np.tile((*place, 0.0), (len(times), 1)), times
         )
         < 0.0
@@ -94,7 +94,7 @@ def _longest_stay(path: np.ndarray, distance: float, place: tuple[float, float])
     return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING
 
 
-def wander(
+def draw_wandering_path(
     world: World, position: np.ndarray, radius: float, speed: float, winding: bool, rng: np.random.Generator
 ) -> np.ndarray | None:
     """A closed path, there and back, on which a disc touches no static obstacle; None if it was caught in a corner.
@@ -110,38 +110,40 @@ def wander(
             turn_rate, next_turn = rng.uniform(-0.6, 0.6), time + rng.uniform(1.0, 3.0)
         leg = 0.2 if winding else 2.0  # s: collision checks and changes of heading are per leg
         heading += turn_rate * leg
-        steps = _free_steps(world, position, heading, least, math.ceil(speed * leg / _SPACING))
+        steps = _count_free_steps(world, position, heading, least, math.ceil(speed * leg / _SPACING))
         if steps > 0:
-            position = position + steps * _SPACING * _direction(heading)
+            position = position + steps * _SPACING * _make_direction(heading)
             time += steps * _SPACING / speed
             points.append((time, *position))
         if steps * _SPACING < speed * leg:
-            new_heading = _turned(world, position, heading, least, rng)
+            new_heading = _draw_free_heading(world, position, heading, least, rng)
             if new_heading is None:
                 return None
             heading = new_heading
     return there_and_back(np.array(points))
 
 
-def _direction(heading: float) -> np.ndarray:
+def _make_direction(heading: float) -> np.ndarray:
     return np.array([math.cos(heading), math.sin(heading)])
 
 
-def _free_steps(world: World, position: np.ndarray, heading: float, least: float, steps: int) -> int:
+def _count_free_steps(world: World, position: np.ndarray, heading: float, least: float, steps: int) -> int:
     """How many of the steps in a direction keep the least clearance."""
-    places = position + _SPACING * np.arange(1, steps + 1)[:, None] * _direction(heading)
-    blocked_steps = np.flatnonzero(clearance(world, places) < least)
+    places = position + _SPACING * np.arange(1, steps + 1)[:, None] * _make_direction(heading)
+    blocked_steps = np.flatnonzero(compute_clearance(world, places) < least)
     return int(blocked_steps[0]) if len(blocked_steps) else steps
 
 
-def _turned(world: World, position: np.ndarray, heading: float, least: float, rng: np.random.Generator) -> float | None:
+def _draw_free_heading(
+    world: World, position: np.ndarray, heading: float, least: float, rng: np.random.Generator
+) -> float | None:
     """A free heading: roughly mirrored at the nearest obstacle, else any; None if none was found."""
     offsets = 1e-4 * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-    right, left, up, down = clearance(world, position + offsets)
+    right, left, up, down = compute_clearance(world, position + offsets)
     normal = math.atan2(up - down, right - left)
     mirrored_heading = 2.0 * normal + math.pi - heading + rng.uniform(-0.15, 0.15)
     for candidate in (mirrored_heading, *rng.uniform(-math.pi, math.pi, 50)):
-        if _free_steps(world, position, candidate, least, 1):
+        if _count_free_steps(world, position, candidate, least, 1):
             return float(candidate)
     return None
 
@@ -166,7 +168,7 @@ class StopAndGo:
         moving_obstacles = MovingObstacles(radii, tuple(self._draw_path(start, radius, rng) for radius in radii))
         return World(
             name="stop_and_go",
-            start=(*start, random_yaw(rng)),
+            start=(*start, draw_random_yaw(rng)),
             goal=(_ROOM[0] - _INSET, 0.5 * _ROOM[1]),
             bounds=(0.0, 0.0, *_ROOM),
             timeout=90.0,
@@ -185,13 +187,13 @@ class StopAndGo:
         while time < 60.0:  # s, until it returns along the same path
             time += rng.uniform(0.5, 6.0)
             points.append((time, *place))
-            place, duration = _walk(place, speed, low, high, rng)
+            place, duration = _draw_walk(place, speed, low, high, rng)
             time += duration
             points.append((time, *place))
         return there_and_back(np.array(points))
 
 
-def _walk(
+def _draw_walk(
     place: np.ndarray, speed: float, low: np.ndarray, high: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
     """End of a straight walk from a place inside the limits, and its duration, s."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.solvable import Drawn, random_yaw
+from drake_starnav.worlds.solvable import Drawn, draw_random_yaw
 from drake_starnav.worlds.world import World
 
 _CLEARING = 2.2  # m, no trees in the strips at both ends, where start and goal lie
@@ -35,7 +35,7 @@ class Forest(Drawn):
         start_y, goal_y = rng.uniform(0.8, self.height - 0.8, 2)
         return World(
             name="forest",
-            start=(rng.uniform(0.4, 1.2), start_y, random_yaw(rng)),
+            start=(rng.uniform(0.4, 1.2), start_y, draw_random_yaw(rng)),
             goal=(self.width - rng.uniform(0.4, 1.2), goal_y),
             cylinders=np.column_stack((trees, np.full(len(trees), self.radius))),
             bounds=(-0.3, -0.6, self.width + 0.3, self.height + 0.6),

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.outlines import place, rectangle, trap
-from drake_starnav.worlds.solvable import Drawn, random_yaw
+from drake_starnav.worlds.outlines import make_rectangle, make_trap, place
+from drake_starnav.worlds.solvable import Drawn, draw_random_yaw
 from drake_starnav.worlds.world import World
 
 _TIMEOUT = 400.0  # s; without a map, a robot may see most of the maze before it finds the goal
@@ -38,7 +38,7 @@ class Maze(Drawn):
         n = int(rng.integers(*self.cells, endpoint=True))
         cell = self.size / n
         half = rng.uniform(0.1, 0.15) / 2.0
-        right, upper = _spanning_tree_walls(n, rng)
+        right, upper = _draw_spanning_tree_walls(n, rng)
         # a perfect maze has one way only: open some more walls to make loops
         share = rng.uniform(0.1, 0.35)
         right &= rng.random(right.shape) > share
@@ -46,17 +46,17 @@ class Maze(Drawn):
         polygons = []
         for i, j in np.argwhere(right):
             x, y = (i + 1) * cell, j * cell
-            polygons.append(rectangle(x - half, y - half, x + half, y + cell + half))
+            polygons.append(make_rectangle(x - half, y - half, x + half, y + cell + half))
         for i, j in np.argwhere(upper):
             x, y = i * cell, (j + 1) * cell
-            polygons.append(rectangle(x - half, y - half, x + cell + half, y + half))
+            polygons.append(make_rectangle(x - half, y - half, x + cell + half, y + half))
         start, goal = (rng.integers(n, size=2) + 0.5) * cell
         end_points = np.array([(0.5 * cell, start), ((n - 0.5) * cell, goal)])
         if rng.random() < 0.5:
             end_points = end_points[:, ::-1]
         return World(
             name="maze",
-            start=(*end_points[0], random_yaw(rng)),
+            start=(*end_points[0], draw_random_yaw(rng)),
             goal=tuple(end_points[1]),
             polygons=tuple(polygons),
             bounds=(0.0, 0.0, self.size, self.size),
@@ -70,10 +70,10 @@ class Maze(Drawn):
         for x in rng.choice(lines, size=min(len(lines), int(rng.integers(1, 4))), replace=False):
             door = rng.uniform(0.9, 1.2)
             y = rng.uniform(0.3, size - 0.3 - door)
-            polygons += [rectangle(x - half, 0.0, x + half, y), rectangle(x - half, y + door, x + half, size)]
+            polygons += [make_rectangle(x - half, 0.0, x + half, y), make_rectangle(x - half, y + door, x + half, size)]
         for _ in range(rng.integers(*self.traps, endpoint=True)):
             arms = int(rng.choice(3, p=(0.2, 0.3, 0.5)))
-            shape = trap(rng.uniform(1.0, 2.6), rng.uniform(0.8, 2.2), _WALL, arms)
+            shape = make_trap(rng.uniform(1.0, 2.6), rng.uniform(0.8, 2.2), _WALL, arms)
             quarter_turns = rng.integers(4) * math.pi / 2.0
             angle = rng.uniform(0.0, 2.0 * math.pi) if rng.random() < 0.5 else quarter_turns
             polygons.append(place(shape, rng.uniform(1.0, size - 1.0, 2), angle))
@@ -86,7 +86,7 @@ class Maze(Drawn):
         start_y, goal_y = rng.uniform(0.4, size - 0.4, 2)
         return World(
             name="maze",
-            start=(rng.uniform(0.4, 1.4), start_y, random_yaw(rng)),
+            start=(rng.uniform(0.4, 1.4), start_y, draw_random_yaw(rng)),
             goal=(size - rng.uniform(0.4, 1.4), goal_y),
             cylinders=np.array(cylinders),
             spheres=np.array(spheres),
@@ -96,7 +96,7 @@ class Maze(Drawn):
         )
 
 
-def _spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _draw_spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Walls of a perfect maze on n x n cells, carved by a random depth-first walk: whether one stands between cells (i,
     j) and (i + 1, j), shape (n - 1, n), and between (i, j) and (i, j + 1), shape (n, n - 1)."""
     right, upper = np.ones((n - 1, n), bool), np.ones((n, n - 1), bool)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from drake_starnav.utils.files import read_text
-from drake_starnav.worlds.outlines import WALL, place, rectangle
-from drake_starnav.worlds.solvable import Drawn, random_yaw
+from drake_starnav.worlds.outlines import WALL, make_rectangle, place
+from drake_starnav.worlds.solvable import Drawn, draw_random_yaw
 from drake_starnav.worlds.world import World
 
 WORLDS = Path(__file__).with_name("paper_worlds.json")
@@ -23,12 +23,12 @@ _WAY_ROUND = 1.5  # m, width of the opening at the end of that wall
 
 
 @cache
-def _authors_worlds() -> dict[str, Any]:
+def _read_authors_worlds() -> dict[str, Any]:
     content: dict[str, Any] = json.loads(read_text(WORLDS, str(WORLDS), "the file of this package"))
     return content
 
 
-def _somewhere(rng: np.random.Generator, rectangles: Sequence[Sequence[float]]) -> np.ndarray:
+def _draw_place(rng: np.random.Generator, rectangles: Sequence[Sequence[float]]) -> np.ndarray:
     """A place, shape (2,), equally likely anywhere in some rectangles x_min, y_min, x_max, y_max, m."""
     x0, y0, x1, y1 = np.array(rectangles).T
     area = (x1 - x0) * (y1 - y0)
@@ -42,15 +42,17 @@ class _AuthorsWorld(Drawn):
     NAME = ""
 
     def draw(self, rng: np.random.Generator) -> World:
-        entry = _authors_worlds()[self.NAME]
+        entry = _read_authors_worlds()[self.NAME]
         boxes = [np.array(box) for box in entry.get("boxes", ())]
         return World(
             name=f"paper_{self.NAME}",
-            start=(*_somewhere(rng, entry["start"]), random_yaw(rng)),
-            goal=tuple(_somewhere(rng, entry["goal"])),
+            start=(*_draw_place(rng, entry["start"]), draw_random_yaw(rng)),
+            goal=tuple(_draw_place(rng, entry["goal"])),
             cylinders=np.array(entry["cylinders"]),
             spheres=np.array(entry.get("spheres", ())),
-            polygons=tuple(place(rectangle(*(-0.5 * box[:2]), *(0.5 * box[:2])), box[2:4], box[4]) for box in boxes),
+            polygons=tuple(
+                place(make_rectangle(*(-0.5 * box[:2]), *(0.5 * box[:2])), box[2:4], box[4]) for box in boxes
+            ),
             bounds=tuple(entry["bounds"]),
         )
 
@@ -95,9 +97,9 @@ class PaperRoom(Drawn):
             (left - width, top, right, top),
             (right, _CROSS, right, top),
         ]
-        outlines = [rectangle(x0 - half, y0 - half, x1 + half, y1 + half) for x0, y0, x1, y1 in walls]
+        outlines = [make_rectangle(x0 - half, y0 - half, x1 + half, y1 + half) for x0, y0, x1, y1 in walls]
         areas = ((3.4, 1.3, 4.8, 2.2), (4.8, 4.0, 5.4, 5.0), (0.6, 6.3, 2.6, 6.8), (3.0, 6.0, 5.0, 7.0))
-        discs = [(*_somewhere(rng, [area]), rng.uniform(0.1, 0.25)) for area in areas]
+        discs = [(*_draw_place(rng, [area]), rng.uniform(0.1, 0.25)) for area in areas]
         start, goal = rng.uniform((0.6, 0.5), (3.2, 1.2)), rng.uniform((0.8, 7.0), (2.4, 7.5))
         end_points, cylinders = np.array((start, goal)), np.array(discs)
         if rng.random() < 0.5:  # the same, seen in a mirror
@@ -105,7 +107,7 @@ class PaperRoom(Drawn):
                 x[:] = _WIDTH - x
         return World(
             name="paper_room",
-            start=(*end_points[0], random_yaw(rng)),
+            start=(*end_points[0], draw_random_yaw(rng)),
             goal=tuple(end_points[1]),
             cylinders=cylinders,
             polygons=tuple(outlines),

@@ -7,8 +7,8 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.parameters import parameter
-from drake_starnav.worlds.outlines import WALL, rectangle
-from drake_starnav.worlds.solvable import random_yaw
+from drake_starnav.worlds.outlines import WALL, make_rectangle
+from drake_starnav.worlds.solvable import draw_random_yaw
 from drake_starnav.worlds.world import World
 
 _SHUT = 0.2
@@ -43,7 +43,7 @@ class Rooms:
         """
         self._check_sizes(robot.radius, robot.cover_radius)
         n, side = self.count, self.count * _SIZE
-        is_joined = _joined_rooms(n, _SHUT, rng)
+        is_joined = _draw_joined_rooms(n, _SHUT, rng)
         polygons = []
         for axis in (0, 1):
             for i, j in np.ndindex(n - 1, n):
@@ -52,11 +52,13 @@ class Rooms:
                 pieces = [(along_wall, gap), (gap + self.door, along_wall + _SIZE)] if is_joined[axis][i, j] else []
                 for first, last in pieces or [(along_wall, along_wall + _SIZE)]:
                     low, high = (wall - WALL / 2.0, first), (wall + WALL / 2.0, last)
-                    polygons.append(rectangle(*low, *high) if axis == 0 else rectangle(*low[::-1], *high[::-1]))
+                    polygons.append(
+                        make_rectangle(*low, *high) if axis == 0 else make_rectangle(*low[::-1], *high[::-1])
+                    )
         goal, niche = self._goal(rng, robot.radius, side)
         return World(
             name="rooms",
-            start=(0.5 * _SIZE, 0.5 * _SIZE, random_yaw(rng)),
+            start=(0.5 * _SIZE, 0.5 * _SIZE, draw_random_yaw(rng)),
             goal=goal,
             polygons=(*polygons, *niche),
             bounds=(0.0, 0.0, side, side),
@@ -95,13 +97,15 @@ class Rooms:
         )  # the niche is as deep as the robot is wide, and leaves it room on both sides
         half = robot_radius + max(self.goal_clearance, 0.05)
         sides = [
-            rectangle(side - depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign)
+            make_rectangle(
+                side - depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign
+            )
             for sign in (-1.0, 1.0)
         ]
         return (side - wall_distance, y), sides
 
 
-def _joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _draw_joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Which neighbours are joined by a door: along x, shape (n - 1, n) as [i, j]; along y, as [j, i].
 
     A random spanning tree of doors stays open, and each other door with probability 1 - `shut`.

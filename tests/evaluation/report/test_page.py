@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.evaluation.report import figures
 from drake_starnav.evaluation.report.page import write_page
-from drake_starnav.evaluation.report.recordings import Recording, chosen_trials
+from drake_starnav.evaluation.report.recordings import Recording, choose_trials
 from drake_starnav.evaluation.report.results import Results
 from tests.helpers.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
@@ -27,7 +27,7 @@ class Report(NamedTuple):
 @pytest.fixture(scope="module")
 def report() -> Report:
     results = made_up(trials=10, mean_clearance_m=0.4)
-    recordings = chosen_trials(results)
+    recordings = choose_trials(results)
     recordings[0] = replace(recordings[0], file="report recordings/one & two.html", remark="<not the same>")
     return Report(results, recordings)
 
@@ -105,13 +105,13 @@ def test_chosen_trials_are_linked_or_say_how_to_see_them(page, report) -> None:
     link = rows[0].query_selector("a")
     assert link.get_attribute("href") == "report%20recordings/one%20%26%20two.html"
     assert "<not the same>" in rows[0].inner_text()
-    assert report.results.trial_command(report.recordings[1].record) in rows[1].inner_text()
+    assert report.results.make_trial_command(report.recordings[1].record) in rows[1].inner_text()
 
 
 @pytest.mark.slow
 def test_it_says_how_to_reproduce_it(page, report) -> None:
     text = page.inner_text("#reproduce")
-    assert report.results.commands()[0] in text
+    assert report.results.list_commands()[0] in text
     for value in report.results.headers[0]["versions"].values():
         assert value in text
 
@@ -135,7 +135,7 @@ def test_files_of_different_versions_are_told_apart(report) -> None:
 
 def test_the_page_compares_times_and_paths(monkeypatch) -> None:
     asked: list[tuple[str, ...]] = []
-    monkeypatch.setattr(figures, "comparison_figure", lambda results, *what: asked.append(what[:3]))
+    monkeypatch.setattr(figures, "draw_comparison_figure", lambda results, *what: asked.append(what[:3]))
     results = made_up(trials=2)
     write_page(results, worlds=1)
     first = results.methods[0]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drake_starnav.cli.benchmark import benchmark, report
-from drake_starnav.evaluation.report.recordings import chosen_trials, record_chosen
+from drake_starnav.evaluation.report.recordings import choose_trials, record_chosen
 from drake_starnav.evaluation.report.results import make_results, read_results
 from tests.helpers.trials import made_up, record
 
@@ -37,7 +37,7 @@ def test_failures_the_median_and_the_worst_success_are_chosen() -> None:
     records = [record(trial=k, time_s=time) for k, time in enumerate(times)]
     records += [record(trial=5, outcome="timeout"), record(trial=6, outcome="collision")]
     records += [record(trial=7, outcome="error"), record(trial=8, outcome="unsupported")]
-    chosen = chosen_trials(make_results([header], records))
+    chosen = choose_trials(make_results([header], records))
     assert [(c.record["trial"], c.reason) for c in chosen] == [
         (5, "timeout"), (6, "collision"), (2, "median success"), (1, "worst success"),
     ]  # fmt: skip
@@ -61,7 +61,7 @@ def test_another_run_than_the_recorded_one_is_reported(trials: Path, tmp_path: P
     changed = make_results(results.headers, [first])
     steps = []
     (recording,) = record_chosen(
-        changed, chosen_trials(changed), tmp_path / "seen", failures=0, jobs=1,
+        changed, choose_trials(changed), tmp_path / "seen", failures=0, jobs=1,
         progress=lambda done, total: steps.append((done, total)),
     )  # fmt: skip
     assert steps == [(1, 1)]

@@ -6,7 +6,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.evaluation.jobs import make_cases
-from drake_starnav.evaluation.report.results import make_results, page_name, read_results
+from drake_starnav.evaluation.report.results import make_page_name, make_results, read_results
 from drake_starnav.evaluation.trial_file import TrialFile, make_header
 from tests.helpers.trials import record
 
@@ -33,8 +33,8 @@ def written(
 def test_a_command_is_shown_as_typed_or_as_installed(program: str, shown: str, tmp_path: Path) -> None:
     typed = f"{program} forest --trials 2 --html 'my report.html'"
     results = read_results([written(tmp_path / "a.jsonl", command=typed)])
-    assert results.commands() == [typed.replace(program, f"{shown} benchmark")]
-    assert results.trial_command(results.records[0]).startswith(f"{shown} simulate forest --method star --seed ")
+    assert results.list_commands() == [typed.replace(program, f"{shown} benchmark")]
+    assert results.make_trial_command(results.records[0]).startswith(f"{shown} simulate forest --method star --seed ")
 
 
 def test_a_trial_s_command_names_a_file_as_it_was_given(tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_a_trial_s_command_names_a_file_as_it_was_given(tmp_path: Path) -> None:
     scenario.write_text("world: !Forest {}\n")
     cases = make_cases([str(scenario)], ["star"])
     results = make_results([make_header(cases, 5)], [record("yard")])
-    assert f"starnav simulate {scenario} --method" in results.trial_command(results.records[0])
+    assert f"starnav simulate {scenario} --method" in results.make_trial_command(results.records[0])
 
 
 @pytest.mark.parametrize(
@@ -85,12 +85,14 @@ def test_settings_are_compared_by_what_they_override(tmp_path: Path) -> None:
     assert [len(case) for case in results.cases.values()] == [2, 2, 2]
     first = results.records[0]
     assert results.scenario(first).lidar.noise == 0.03 and results.scenario(first).method == "star"
-    assert "--method star --seed" in results.trial_command(first) and "lidar.noise=0.03" in results.trial_command(first)
+    assert "--method star --seed" in results.make_trial_command(
+        first
+    ) and "lidar.noise=0.03" in results.make_trial_command(first)
     with pytest.raises(StarnavError, match="have other world in scenario forest"):
         read_results([plain, written(tmp_path / "wide.jsonl", "star", "world.width=40")])
 
 
 def test_a_recording_is_called_after_its_trial_and_stays_in_its_folder() -> None:
-    assert page_name(record("forest", "star", 3)) == "forest_star_3.html"
-    assert page_name(record("../../tmp/my forest; echo hi", "star", 3)) == "_tmp_my_forest_echo_hi_star_3.html"
-    assert len(page_name(record("x" * 300, "star", 3))) < 100
+    assert make_page_name(record("forest", "star", 3)) == "forest_star_3.html"
+    assert make_page_name(record("../../tmp/my forest; echo hi", "star", 3)) == "_tmp_my_forest_echo_hi_star_3.html"
+    assert len(make_page_name(record("x" * 300, "star", 3))) < 100

@@ -7,17 +7,17 @@ import pytest
 
 from drake_starnav.evaluation.report.results import make_results
 from drake_starnav.evaluation.report.tables import (
-    further_figures,
-    result_tables,
-    summary_csv,
-    tables_markdown,
+    format_summary_csv,
+    format_tables_markdown,
+    list_further_figures,
+    make_result_tables,
 )
 from tests.helpers.trials import made_up, record
 
 
 def test_csv_has_a_line_for_each_case_with_all_figures() -> None:
     results = made_up(trials=6, mean_clearance_m=0.5)
-    rows = list(csv.DictReader(io.StringIO(summary_csv(results))))
+    rows = list(csv.DictReader(io.StringIO(format_summary_csv(results))))
     assert [(row["scenario"], row["method"]) for row in rows] == [
         ("forest", "star"), ("forest", "star_paper"), ("room", "star"), ("room", "star_paper"),
     ]  # fmt: skip
@@ -39,8 +39,8 @@ def test_figures_of_later_days_are_shown_where_a_goal_was_reached() -> None:
         record("room", "star", 0, "unsupported"),
     ]
     results = make_results([header], records)
-    assert further_figures(records) == ["stops", "jerk_mps3"]
-    (head, rows) = dict(result_tables(results))["Further figures, means over the trials that reached the goal"]
+    assert list_further_figures(records) == ["stops", "jerk_mps3"]
+    (head, rows) = dict(make_result_tables(results))["Further figures, means over the trials that reached the goal"]
     assert head == ("scenario", "method", "stops", "jerk, m/s³")
     assert list(rows) == [("forest", "star", "3.000", "1.000"), ("room", "star", "-", "-")]
-    assert "unsupported" in tables_markdown(results)
+    assert "unsupported" in format_tables_markdown(results)

@@ -2,7 +2,7 @@
 
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.simulation.trial import caption_lines
+from drake_starnav.simulation.trial import make_caption_lines
 from scripts.maintenance import draw_readme
 
 DRAW = f"run {draw_readme.SECTION[1]}"
@@ -14,5 +14,5 @@ def test_the_caption_is_that_of_the_picture() -> None:
 
 def test_the_picture_shows_what_the_demo_drives() -> None:
     trial = run_trial(load_scenario("forest"))
-    said = ", ".join(caption_lines(trial)).replace("\u00a0", " ")
+    said = ", ".join(make_caption_lines(trial)).replace("\u00a0", " ")
     assert draw_readme.caption() == f"forest, {said}", DRAW

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, occupancy, read_map
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, classify_pixels, read_map
 from tests.helpers.maps import write_map
 
 KEYS = {"image": "m.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0], "occupied_thresh": 0.65, "free_thresh": 0.196}
@@ -77,21 +77,21 @@ def test_written_maps_read_back(tmp_path: Path) -> None:
 )
 def test_modes_and_negation(mode: str, negate: bool, expected: str) -> None:
     shade = np.array([0, 128, 205, 230, 255]) / 255.0
-    cells = occupancy(shade, None, mode=mode, negate=negate, occupied=0.65, free=0.25)
+    cells = classify_pixels(shade, None, mode=mode, negate=negate, occupied=0.65, free=0.25)
     assert "".join(CODES[cell] for cell in cells) == expected
 
 
 def test_raw_values_are_percentages() -> None:
     shade = np.array([0, 10, 30, 70, 100, 101, 255]) / 255.0
-    cells = occupancy(shade, None, mode="raw", negate=False, occupied=0.65, free=0.25)
+    cells = classify_pixels(shade, None, mode="raw", negate=False, occupied=0.65, free=0.25)
     assert "".join(CODES[cell] for cell in cells) == "..?##??"
 
 
 def test_what_is_transparent_is_unknown_in_a_scaled_map() -> None:
     shade, opacity = np.array([0.0, 1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0, 0.5])
-    cells = occupancy(shade, opacity, mode="scale", negate=False, occupied=0.65, free=0.25)
+    cells = classify_pixels(shade, opacity, mode="scale", negate=False, occupied=0.65, free=0.25)
     assert "".join(CODES[cell] for cell in cells) == "#.??"
-    cells = occupancy(shade, opacity, mode="trinary", negate=False, occupied=0.65, free=0.25)
+    cells = classify_pixels(shade, opacity, mode="trinary", negate=False, occupied=0.65, free=0.25)
     assert "".join(CODES[cell] for cell in cells) == "#.#."  # opacity counts as a fourth colour
 
 
@@ -101,8 +101,8 @@ def test_places_follow_the_origin(yaw: float) -> None:
     center = grid.to_world(np.array([4.5, 1.5]))  # of cells[1, 4]
     cosine, sine = math.cos(yaw), math.sin(yaw)
     assert center == pytest.approx([1.0 + cosine * 2.25 - sine * 0.75, -2.0 + sine * 2.25 + cosine * 0.75])
-    assert grid.cell_at((center[0], center[1])) == (1, 4)
-    assert grid.cell_at((1.0 - cosine, -2.0 - sine)) is None
+    assert grid.find_cell((center[0], center[1])) == (1, 4)
+    assert grid.find_cell((1.0 - cosine, -2.0 - sine)) is None
 
 
 @pytest.mark.parametrize(

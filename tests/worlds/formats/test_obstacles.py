@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import Model, Obstacles, make_world, shortest_path
+from drake_starnav.worlds import Model, Obstacles, find_shortest_path, make_world
 
 SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
 
@@ -31,7 +31,7 @@ def test_the_world_is_as_given():
 def test_an_unreachable_goal_is_allowed():
     wall = [[2.0, -1.0], [2.1, -1.0], [2.1, 1.0], [2.0, 1.0]]
     world = make_world(Obstacles(polygons=[wall], bounds=[-1.0, -1.0, 6.0, 1.0]), 0, 0.25)
-    assert shortest_path(world, 0.25) is None
+    assert find_shortest_path(world, 0.25) is None
 
 
 @pytest.mark.parametrize(

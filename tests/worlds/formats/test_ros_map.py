@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import RosMap, clearance, make_world, shortest_path
+from drake_starnav.worlds import RosMap, compute_clearance, find_shortest_path, make_world
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from tests.helpers.maps import write_map
 
@@ -59,7 +59,7 @@ def test_walls_are_where_cells_are(folder: Path, origin, unknown: str) -> None:
     dx = np.maximum(np.maximum(columns - points[:, :1], points[:, :1] - columns - 1), 0.0)
     dy = np.maximum(np.maximum(rows - points[:, 1:], points[:, 1:] - rows - 1), 0.0)
     expected = RESOLUTION * np.hypot(dx, dy).min(axis=1)
-    np.testing.assert_allclose(clearance(world, grid.to_world(points)), expected, atol=1e-9)
+    np.testing.assert_allclose(compute_clearance(world, grid.to_world(points)), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -67,9 +67,9 @@ def test_random_places_are_wide_far_and_in_reach(folder: Path, seed: int) -> Non
     kind = map_of(with_door(TWO_ROOMS, 9), folder, min_distance=1.4)
     world = make_world(kind, seed, RADIUS)
     ends = np.array([world.start[:2], world.goal])
-    assert (clearance(world, ends) >= RADIUS + 0.1).all()
+    assert (compute_clearance(world, ends) >= RADIUS + 0.1).all()
     assert math.hypot(*(ends[1] - ends[0])) >= 1.4
-    assert shortest_path(world, RADIUS + 0.05) is not None
+    assert find_shortest_path(world, RADIUS + 0.05) is not None
     assert -math.pi <= world.start[2] < math.pi
     again = make_world(kind, seed, RADIUS)
     assert (again.start, again.goal) == (world.start, world.goal)
@@ -107,7 +107,7 @@ def test_the_way_may_lead_around_the_map_where_that_is_free(folder: Path) -> Non
     ends = {"start": [0.3, 0.7, 0.0], "goal": [1.1, 0.7]}
     with pytest.raises(StarnavError, match="out of reach"):
         make_world(map_of(rows, folder, **ends), 0, 0.2)
-    assert shortest_path(make_world(map_of(rows, folder, unknown="free", **ends), 0, 0.2), 0.2)[0] > 1.5
+    assert find_shortest_path(make_world(map_of(rows, folder, unknown="free", **ends), 0, 0.2), 0.2)[0] > 1.5
     worlds = [make_world(map_of(rows, folder, unknown="free"), seed, 0.2) for seed in range(9)]
     assert len({(world.start[0] < 0.75) == (world.goal[0] < 0.75) for world in worlds}) == 2
 

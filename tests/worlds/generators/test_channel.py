@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.worlds import clearance, make_world, shortest_path
+from drake_starnav.worlds import compute_clearance, find_shortest_path, make_world
 from drake_starnav.worlds.generators import channel
-from drake_starnav.worlds.generators.channel import _SHAPES, Channel, _middle_line
+from drake_starnav.worlds.generators.channel import _SHAPES, Channel, _make_middle_line
 
 RADIUS = 0.25
 
@@ -36,16 +36,16 @@ def test_the_way_is_exactly_as_wide_as_asked(shape, length, lanes, wall, spare, 
         monkeypatch.setattr(channel, name, (value, value))
     world = make_world(Channel(shape, spare), seed, RADIUS)
     half = RADIUS + spare
-    places, direction = placed(_middle_line(shape, length, lanes, 2.0 * half + wall), world)
+    places, direction = placed(_make_middle_line(shape, length, lanes, 2.0 * half + wall), world)
     np.testing.assert_allclose(places[[0, -1]], (world.start[:2], world.goal), atol=1e-9)
-    np.testing.assert_allclose(clearance(world, places), half, atol=1e-6)
+    np.testing.assert_allclose(compute_clearance(world, places), half, atol=1e-6)
     ends = np.min([np.hypot(*(places - p).T) for p in corners(places, direction)], axis=0)
     straight = ends > half + wall + 0.01  # beside a corner the other run is open
     normal = direction[:, ::-1] * (-1.0, 1.0)
     for side in (-1.0, 1.0):
-        edge = clearance(world, (places + side * (half + 0.005) * normal)[straight])
+        edge = compute_clearance(world, (places + side * (half + 0.005) * normal)[straight])
         assert (edge < 0.0).all(), "there is a wall on both sides"
-        assert (clearance(world, (places + side * (half - 0.005) * normal)[straight]) > 0.0).all()
+        assert (compute_clearance(world, (places + side * (half - 0.005) * normal)[straight]) > 0.0).all()
 
 
 def corners(places: np.ndarray, direction: np.ndarray) -> np.ndarray:
@@ -56,9 +56,9 @@ def corners(places: np.ndarray, direction: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(12))
 def test_any_channel_is_solvable_and_its_walls_close_it(seed):
     world = make_world(Channel(), seed, RADIUS)
-    length, path = shortest_path(world, RADIUS + 0.02, 0.02)
-    assert clearance(world, path).min() >= RADIUS + 0.02 - 1e-6
+    length, path = find_shortest_path(world, RADIUS + 0.02, 0.02)
+    assert compute_clearance(world, path).min() >= RADIUS + 0.02 - 1e-6
     assert length < 0.05 * (world.timeout - 60.0) + 1e-6, "the time limit allows for the middle line"
-    ends = clearance(world, np.array((world.start[:2], world.goal)))
+    ends = compute_clearance(world, np.array((world.start[:2], world.goal)))
     np.testing.assert_allclose(ends, RADIUS + Channel().clearance, atol=1e-6)
     assert -math.pi <= world.start[2] < math.pi

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.worlds import Crowd, StopAndGo, World, clearance, make_world
-from drake_starnav.worlds.generators.crowd import wander
+from drake_starnav.worlds import Crowd, StopAndGo, World, compute_clearance, make_world
+from drake_starnav.worlds.generators.crowd import draw_wandering_path
 from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
@@ -18,7 +18,7 @@ def test_moving_obstacles_keep_to_the_free_floor(kind: Crowd, seed: int) -> None
     world = make_world(kind, seed, RADIUS)
     positions, velocities = moving_obstacle_states(world.moving_obstacles, TIMES)
     for k, radius in enumerate(world.moving_obstacles.radii):
-        assert clearance(world, positions[:, k]).min() >= radius
+        assert compute_clearance(world, positions[:, k]).min() >= radius
     speeds = np.hypot(velocities[..., 0], velocities[..., 1])
     assert speeds.min() >= kind.speed[0] - 1e-9
     assert speeds.max() <= kind.speed[1] + 1e-9
@@ -57,7 +57,7 @@ def test_numbers_and_speeds_as_asked() -> None:
 
 def test_a_disc_that_cannot_move_has_no_way() -> None:
     closet = World("closet", (0.5, 0.5, 0.0), (0.5, 0.5), bounds=(0.0, 0.0, 0.61, 0.61))
-    assert wander(closet, np.array([0.305, 0.305]), 0.3, 0.5, False, np.random.default_rng(0)) is None
+    assert draw_wandering_path(closet, np.array([0.305, 0.305]), 0.3, 0.5, False, np.random.default_rng(0)) is None
 
 
 def legs(world: World) -> list[tuple[np.ndarray, np.ndarray]]:

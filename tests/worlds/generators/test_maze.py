@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from drake_starnav.worlds import Maze, make_world
-from drake_starnav.worlds.generators.maze import _spanning_tree_walls
+from drake_starnav.worlds.generators.maze import _draw_spanning_tree_walls
 
 
 @pytest.mark.parametrize("n", [2, 5, 9])
 def test_the_walls_of_a_perfect_maze_leave_one_way_between_any_cells(n: int) -> None:
-    right, upper = _spanning_tree_walls(n, np.random.default_rng(n))
+    right, upper = _draw_spanning_tree_walls(n, np.random.default_rng(n))
     assert (~right).sum() + (~upper).sum() == n * n - 1  # the edges of a tree
     reached, open_ = {(0, 0)}, [(0, 0)]
     while open_:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import clearance, make_world, shortest_path
+from drake_starnav.worlds import compute_clearance, find_shortest_path, make_world
 from drake_starnav.worlds.generators import rooms
 from drake_starnav.worlds.generators.rooms import _SIZE, Rooms
 
@@ -18,9 +18,9 @@ KINDS = [Rooms(goal=goal, goal_clearance=spare) for goal in ("wall", "corner", "
 def test_the_goal_is_reached_and_as_close_to_its_walls_as_asked(kind, seed):
     world = make_world(kind, seed, RADIUS)
     goal = np.array([world.goal])
-    assert clearance(world, goal)[0] == pytest.approx(RADIUS + kind.goal_clearance, abs=1e-6)
-    assert shortest_path(world, RADIUS + 0.5 * kind.goal_clearance, 0.02) is not None
-    assert clearance(world, np.array([world.start[:2]]))[0] >= 0.5 * _SIZE - WALL
+    assert compute_clearance(world, goal)[0] == pytest.approx(RADIUS + kind.goal_clearance, abs=1e-6)
+    assert find_shortest_path(world, RADIUS + 0.5 * kind.goal_clearance, 0.02) is not None
+    assert compute_clearance(world, np.array([world.start[:2]]))[0] >= 0.5 * _SIZE - WALL
 
 
 def doors(world, kind: Rooms) -> dict[tuple[int, int, int], float]:
@@ -30,7 +30,7 @@ def doors(world, kind: Rooms) -> dict[tuple[int, int, int], float]:
     for axis in (0, 1):
         for i, j in np.ndindex(kind.count - 1, kind.count):
             wall = np.column_stack((np.full(len(step), (i + 1) * _SIZE), j * _SIZE + step))
-            free = clearance(world, wall if axis == 0 else wall[:, ::-1]) > 0.0
+            free = compute_clearance(world, wall if axis == 0 else wall[:, ::-1]) > 0.0
             out[axis, i, j] = 0.001 * float(free.sum())
             assert np.abs(np.diff(free.astype(int))).sum() in (0, 2), "one door in a wall, off its ends"
     return out
@@ -63,7 +63,7 @@ def test_each_kind_of_goal_comes_about():
     off = RADIUS + Rooms().goal_clearance
     corner = [np.allclose(world.goal, side - off) for world in goals]
     beside = np.array((0.0, off + 0.03))  # inside a wall of a niche
-    niche = [clearance(world, (world.goal + beside)[None])[0] < 0.0 and not c
+    niche = [compute_clearance(world, (world.goal + beside)[None])[0] < 0.0 and not c
              for world, c in zip(goals, corner, strict=True)]  # fmt: skip
     assert any(corner) and any(niche) and sum(corner) + sum(niche) < len(goals)
 
