@@ -2,14 +2,10 @@
 
 import pytest
 
-from drake_starnav.baselines import BASELINES
 from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.suites import SUITES, Published, Suite, make_suite_table
 from tests.evaluation.test_summary import record
-
-OF_OWN_SPEED = ("dsm", "foa", "foa_cluster", "foa_roadmap")
-"""Baselines with a speed of their own."""
 
 
 def by_case(rows) -> dict[tuple[str, str], list[str]]:
@@ -28,22 +24,6 @@ def test_a_suite_names_what_exists(name: str) -> None:
     cases = [(case.scenario, case.method) for case in make_cases(suite.scenarios, suite.methods)]
     assert set(suite.references) <= set(suite.methods)
     assert set(suite.published) <= set(cases)
-
-
-def test_table_1_has_the_paper_s_figures() -> None:
-    published = SUITES["table1"].published
-    assert published["paper_forest", "dsm"] == Published(89.8, 102.14, 73.3)
-    assert published["paper_forest", "foa"] == Published(99.6, 109.9, 20.7)
-    assert published["paper_maze", "foa_roadmap"] == Published(115.8, 94.9, 80.0)
-    assert ("paper_maze", "dsm") not in published
-
-
-def test_all_methods_of_table_1_drive_as_fast_as_one_another() -> None:
-    suite = SUITES["table1"]
-    for case in make_cases(suite.scenarios, suite.methods):
-        scenario = case.read()
-        fastest = {scenario.robot.max_speed, *(BASELINES[name].max_speed for name in OF_OWN_SPEED)}
-        assert fastest == {0.4}
 
 
 def test_our_figures_stand_beside_the_published_ones() -> None:

@@ -73,11 +73,6 @@ def test_the_shield_stops_a_controller_that_drives_into_a_post(faults: list[str]
     assert path[0, :2] == pytest.approx(pose[:2], abs=0.2)
 
 
-def test_the_shield_holds_among_obstacles_that_move() -> None:
-    _, navigation, _ = driven(0.5, posts(overrides=["obstacles.max_speed=0.5"]), controller=Pursuit())
-    assert navigation.tracker is not None
-
-
 class Line:
     """A certificate from outside: what is left of a line."""
 

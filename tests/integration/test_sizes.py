@@ -32,16 +32,6 @@ def test_perception_planner_and_controller_know_no_length(name: str, commands: i
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "count", "scale"),
-    [(name, count, scale) for name, count in (("room", 12), ("forest", 6), ("maze", 12)) for scale in (0.32, 12.0)],
-)
-def test_times_and_paths_scale_with_world_robot_and_lidar(name: str, count: int, scale: float) -> None:
-    seeds = range(1000, 1000 + count)
-    assert ratios(name, scale, seeds) == pytest.approx(usual(name, seeds=seeds), rel=0.05)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("model", ["starbot", "carrier"])
 def test_a_robot_that_gains_speed_slowly_is_not_given_up_meanwhile(model: str) -> None:
     """It took longer than `planner.progress_timeout` to get ahead, and its way was closed."""

@@ -1,7 +1,6 @@
 """The page about users' robots does what it says, and published robots drive."""
 
 import math
-import os
 import re
 import shlex
 from pathlib import Path
@@ -17,8 +16,6 @@ from drake_starnav.worlds.world import World
 from tests.helpers.robots import driven
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "your_robot.md").read_text(encoding="utf-8")
-PUBLISHED = [Path(name) for name in os.environ.get("STARNAV_PUBLISHED_ROBOTS", "").split(":") if name]
-"""URDF and xacro files of others, none of which is in this repository."""
 
 
 def block(language: str) -> str:
@@ -43,13 +40,6 @@ def test_the_robot_of_the_page_reaches_its_goal(tmp_path: Path, monkeypatch, num
 def test_the_robot_of_the_page_drives_as_it_is_told(tmp_path: Path) -> None:
     path = tmp_path / "cart.urdf"
     path.write_text(block("xml"), encoding="utf-8")
-    assert_drives(path)
-
-
-@pytest.mark.skipif(not PUBLISHED, reason="STARNAV_PUBLISHED_ROBOTS names no files, separated by colons")
-@pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("path", PUBLISHED, ids=lambda path: path.name)
-def test_published_robots_drive_as_they_are_told(path: Path) -> None:
     assert_drives(path)
 
 

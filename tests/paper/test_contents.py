@@ -1,6 +1,5 @@
 """The map of the paper and the table of choices agree with code and docs."""
 
-import ast
 import importlib
 import inspect
 import re
@@ -49,21 +48,6 @@ def test_the_page_lists_each_choice_as_the_code_has_it() -> None:
             assert getattr(module, name.lower()) is getattr(module, choice.value)
         elif not isinstance(choice.value, str):
             assert getattr(choices, name) == choice.value
-
-
-def test_no_other_number_decides() -> None:
-    """Constants in capitals stand in `choices`, but for the numerical bound of Gamma."""
-    for path in ROOM.glob("*.py"):
-        if path.name in ("choices.py", "contents.py"):
-            continue
-        names = [
-            target.id
-            for node in ast.parse(path.read_text(encoding="utf-8")).body
-            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.BinOp)
-            for target in node.targets
-            if isinstance(target, ast.Name)
-        ]
-        assert set(names) <= {"LARGEST_GAMMA"}, path.name
 
 
 def test_its_name_stands_outside_its_room_only_in_the_list_of_methods() -> None:

@@ -20,7 +20,7 @@ from drake_starnav.paper.blend import (
     smooth_distances,
 )
 from drake_starnav.paper.modulation import compute_boundary_tangent, compute_weights, modulate_vector
-from drake_starnav.paper.pid import follow_authors_pid, turn_towards
+from drake_starnav.paper.pid import turn_towards
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
@@ -102,12 +102,6 @@ def test_the_robot_turns_towards_the_vector_at_a_constant_speed_in_the_open(head
     v, omega = control(ControllerInputs(np.zeros(3), np.zeros(2), guidance, Surroundings.unknown()), robot).twist
     assert v == pytest.approx(choices.SPEED * max(math.cos(heading), 0.0) ** 3)
     assert omega == pytest.approx(HEADING_GAIN * heading)
-
-
-def test_the_authors_gains_drive_a_third_of_the_reference_speed():
-    limits = RobotParameters(max_speed=2.0, max_yaw_rate=20.0).limits
-    assert follow_authors_pid(unit(0.2), 0.0, 1.0, limits)[::2] == pytest.approx((1.0 / 3.0, 0.4))
-    assert follow_authors_pid(unit(2.0), 0.0, 1.0, limits)[::2] == pytest.approx((0.25 / 3.0, 4.0))
 
 
 def test_the_readings_of_the_nearest_vector_lead_along_it_and_away():

@@ -20,7 +20,6 @@ def memory(*walls: tuple[tuple[float, float], tuple[float, float]]) -> Grid:
 
 
 WALL = ((0.0, -2.0), (0.0, 2.0))
-CORNER = (((0.0, 0.0), (0.0, 2.0)), ((0.0, 0.0), (2.0, 0.0)))
 
 
 def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
@@ -46,23 +45,6 @@ def test_beside_a_wall_it_is_the_nearest_clear_place_straight_off_it():
     found = goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
     assert NEEDED - 0.5 * RESOLUTION <= found.goal[0] < NEEDED + 1.5 * RESOLUTION
     assert abs(found.goal[1] - goal[1]) < RESOLUTION
-
-
-def test_in_a_corner_it_is_off_both_walls():
-    goal, tolerance = np.array((0.2, 0.2)), 0.3
-    found = goal_candidates(memory(*CORNER), goal, tolerance, RADIUS, MARGIN)
-    assert (found.goal >= NEEDED - 0.5 * RESOLUTION).all() and (found.goal < NEEDED + 1.5 * RESOLUTION).all()
-    assert away(found.goal[None], goal)[0] <= tolerance - INSIDE * RADIUS
-
-
-def test_where_none_is_clear_it_is_the_one_farthest_from_hits():
-    """In a niche hardly wider than the robot, the middle is chosen."""
-    niche = memory(((0.0, -0.27), (1.0, -0.27)), ((0.0, 0.27), (1.0, 0.27)), ((0.0, -0.27), (0.0, 0.27)))
-    goal = np.array((0.5, 0.1))
-    found = goal_candidates(niche, goal, 0.25, RADIUS, MARGIN)
-    assert niche.distance(found.places).max() < NEEDED
-    assert abs(found.goal[1]) < RESOLUTION
-    assert niche.distance(found.goal[None])[0] == niche.distance(found.places).max()
 
 
 def test_places_behind_a_thin_wall_are_none():

@@ -10,8 +10,8 @@ from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.closed_places import CLOSED, Closures
-from drake_starnav.planning.closures import AHEAD, AVERAGED_SCANS, AWAY, close_path, narrow_gap_hits, reopen_closures
-from drake_starnav.planning.state import ManoeuvreState, Route
+from drake_starnav.planning.closures import AHEAD, AWAY, close_path, reopen_closures
+from drake_starnav.planning.state import ManoeuvreState
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
@@ -179,34 +179,6 @@ def channel(half: float) -> World:
 
 
 @pytest.mark.parametrize("make", [wall_with_door, poles, channel])
-@pytest.mark.parametrize("half", [0.97 * RADIUS, RADIUS + MARGINS.least])
-def test_many_noisy_scans_tell_whether_the_robot_fits(make, half):
-    """A robot that sways in front of a gap, straight ahead or a little aside, and then turns back."""
-    path, beyond = np.array(((0.8, 0.0),)), np.column_stack((np.arange(0.85, 2.0, 0.1), np.zeros(12)))
-    state = dataclasses.replace(
-        PlannerState.initial(PARAMETERS, RADIUS),
-        route=Route(path, np.array((path[0], beyond[0])), beyond),
-        retrying=True,
-    )
-    for seed in range(5):
-        rng = np.random.default_rng(seed)
-        x, y = rng.uniform(0.55, 0.7), rng.uniform(-0.1, 0.1)
-        looks = []
-        for k in range(AVERAGED_SCANS):
-            now = moment_at(make(half), np.array((x, y, 0.3 * np.sin(0.1 * k))), rng)
-            looks.append(now.observation)
-            assert not len(
-                narrow_gap_hits(dataclasses.replace(state, recent_observations=tuple(looks[:-1])), now)
-            )  # too few
-        seen = dataclasses.replace(state, recent_observations=tuple(looks))
-        points = narrow_gap_hits(seen, now)
-        assert bool(len(points)) == (half < RADIUS)
-        assert not len(points) or abs(points[-1, 1]) < 0.05
-        back = dataclasses.replace(seen, route=Route(np.array(((-0.4, 0.0),))))
-        assert not len(narrow_gap_hits(back, now))
-
-
-@pytest.mark.parametrize("make", [wall_with_door, poles, channel])
 def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
     """At an exit in the gap, many a scan does not see the way beyond."""
     for seed in range(5):
@@ -214,24 +186,6 @@ def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
         world = dataclasses.replace(make(RADIUS + MARGINS.least), start=(0.0, rng.uniform(-0.5, 0.5), 0.0))
         states = drive(world, PARAMETERS, 300, noise=(0.01, rng))
         assert len(states) < 130 and not any(len(failed(state)) or state.retrying for state in states)
-
-
-@pytest.mark.parametrize(("x", "sway"), [(0.88, 0.05), (0.945, 0.05), (0.945, 0.3)])
-def test_noise_does_not_close_the_doorway_in_which_the_robot_stands(x, sway):
-    """Few of the scans have a hit where a beam passes close to an edge, and no neighbour smooths it."""
-    rng, beyond = np.random.default_rng(1), np.column_stack((np.arange(1.1, 2.0, 0.1), np.zeros(9)))
-    state = dataclasses.replace(
-        PlannerState.initial(PARAMETERS, RADIUS),
-        route=Route(beyond[:1], beyond[:2], beyond),
-        retrying=True,
-    )
-    door = wall_with_door(RADIUS + MARGINS.least)
-    for k in range(300):
-        now = moment_at(door, np.array((x, 0.0, sway * np.sin(0.1 * k))), rng)
-        state = dataclasses.replace(
-            state, recent_observations=(*state.recent_observations, now.observation)[-AVERAGED_SCANS:]
-        )
-        assert not len(narrow_gap_hits(state, now))
 
 
 def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: float = 0.01) -> PlannerInput:

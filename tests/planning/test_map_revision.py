@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from drake_starnav.planning.grid import Coverage
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
-    _near_hits,
     consistent_regions,
     forget_contradicted,
     mappable_hits,
@@ -192,18 +191,3 @@ def test_a_revision_equals_a_roadmap_made_anew(seed, kept):
         for ours, theirs in zip(found.union.rows, anew.union.rows, strict=True):
             np.testing.assert_array_equal(ours.reshape(-1), theirs.reshape(-1))
         roadmap = add_node(found, observed(more.scan, more.pose), DROPPING, RADIUS)
-
-
-@settings(max_examples=20)
-@given(seeds)
-def test_hits_that_may_not_disagree_cut_nothing_back(seed):
-    world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
-    rng = np.random.default_rng(seed)
-    for pose in (roadmap.nodes[0].pose, roadmap.nodes[-1].pose):
-        off = pose + rng.uniform(-0.15, 0.15, 3) * (1.0, 1.0, 0.2)
-        points, gaps = mappable_hits(observed(cast(world, pose), off))
-        radius = RADIUS + MARGINS.preferred - CONTRADICTION * RADIUS
-        contested = _near_hits(roadmap.union, points, RADIUS, (radius, 0.12 - CONTRADICTION * RADIUS), gaps.max())
-        for k, region in enumerate(roadmap.regions):
-            if k not in contested:
-                assert (region.free_range - cut_back(region, points, gaps, radius)).max() <= CONTRADICTION * RADIUS

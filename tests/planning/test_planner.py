@@ -1,6 +1,7 @@
 """The planner in a closed loop with a robot that moves along the path exactly."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -19,6 +20,12 @@ from tests.helpers.scans import MARGINS, RADIUS, cast, distance, in_view
 PARAMETERS = PlannerParameters()
 
 
+@functools.cache
+def given_up() -> PlannerState:
+    """The state of a planner whose goal is walled in."""
+    return drive(VAULT, PARAMETERS, steps=4000)[-1]
+
+
 def test_the_goal_is_reached():
     states = drive(BAFFLES, PARAMETERS, steps=700)
     assert states[-1].status is PlannerStatus.APPROACHING and states[-1].route.exit is None
@@ -34,8 +41,7 @@ def test_a_goal_in_sight_is_approached_at_once():
 
 
 def test_an_enclosed_goal_is_unreachable_in_finite_steps_and_stays_so():
-    states = drive(VAULT, PARAMETERS, steps=4000)
-    last = states[-1]
+    last = given_up()
     assert last.status is PlannerStatus.UNREACHABLE
     assert not len(last.route.path) and not len(last.guidance.path)
     again = plan_step(
@@ -87,7 +93,7 @@ def test_a_way_is_not_given_up_while_what_bars_it_may_stand_aside():
     assert state_after([(barred, STATIC)] * 200).status is PlannerStatus.UNREACHABLE
 
 
-@pytest.mark.parametrize("half", [1.7, 2.1, 2.4, 2.8, 3.0])
+@pytest.mark.parametrize("half", [1.7, 2.4, 3.0])
 def test_a_robot_that_cannot_move_turns_to_the_only_way_that_its_lidar_has_not_seen(half):
     """It stands in a pocket, 3 cm off its walls, that is open where its lidar does not look."""
     free = RADIUS + 0.03
@@ -140,12 +146,6 @@ def test_with_noise_only_a_goal_that_cannot_be_reached_is_given_up(gap, seed):
     assert (states[-1].status is PlannerStatus.UNREACHABLE) == (gap < 2.0 * RADIUS)
 
 
-@pytest.mark.parametrize("gap", [2.0 * (RADIUS + MARGINS.least) + 0.005, 0.56])
-def test_a_goal_behind_a_gap_that_the_robot_fits_through_is_not_given_up(gap):
-    states = drive(fenced(gap), PARAMETERS, steps=700)
-    assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 700
-
-
 def test_nodes_are_added_every_node_spacing():
     world = World("corridor", (0, 0, 0), (4.0, 0), bounds=(-1.0, -0.6, 5.0, 0.6))
     states = drive(world, PARAMETERS, steps=200)
@@ -175,49 +175,35 @@ def test_with_a_map_from_an_earlier_goal_nodes_are_added_only_where_something_is
     assert (beyond.roadmap.union.center[len(there.roadmap) :, 0] > 5.0).all()
 
 
-def test_in_a_place_narrower_than_the_margin_an_earlier_node_is_enough():
-    half = RADIUS + 0.5 * MARGINS.preferred
-    world = World("slot", (0, 0, 0), (0.5, 0), bounds=(-1.0, -half, 2.0, half))
-    there = drive(world, PARAMETERS, steps=1)[-1].with_new_goal()
-    there = dataclasses.replace(there, progress=there.progress._replace(node_position=np.array((3.0, 0.0))))
-    place = np.array((0.02, 0.01))
-    scan = cast(world, np.array((*place, 0.0)))
-    region = make_scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
-    assert not there.roadmap.regions[0].contains(place)
-    seen = Observation(region, scan, np.array((*place, 0.0)))
-    now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
-    assert not node_is_due(there, region, check_plan(there, region, now), is_spaced=True)
-
-
 def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
-    given_up = drive(VAULT, PARAMETERS, steps=3000)[-1]
-    node = given_up.roadmap.nodes[-1]
+    before = given_up()
+    node = before.roadmap.nodes[-1]
     later = dataclasses.replace(node.scan, time=node.scan.time + 60.0)
     seen = dataclasses.replace(node, scan=later)
     state = plan_step(
-        given_up.with_new_goal(),
+        before.with_new_goal(),
         PlannerInput(seen, node.pose[:2], np.array((-0.5, 1.0)), later.time, PARAMETERS, MARGINS, RADIUS),
     )
-    assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(given_up.roadmap)
+    assert state.status is PlannerStatus.APPROACHING and len(state.roadmap) == len(before.roadmap)
 
 
 def test_a_new_goal_is_looked_for_without_doubt():
-    given_up = drive(VAULT, PARAMETERS, steps=4000)[-1]
-    assert given_up.status is PlannerStatus.UNREACHABLE and given_up.retrying
-    position = given_up.roadmap.union.center[-1]
+    before = given_up()
+    assert before.status is PlannerStatus.UNREACHABLE and before.retrying
+    position = before.roadmap.union.center[-1]
     elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
-    states = drive(elsewhere, PARAMETERS, steps=400, begin=given_up.with_new_goal())
+    states = drive(elsewhere, PARAMETERS, steps=400, begin=before.with_new_goal())
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
     assert not any(state.retrying for state in states)
 
 
-@pytest.mark.parametrize("left", [1, 2, 3])
+@pytest.mark.parametrize("left", [1, 3])
 def test_where_no_way_was_left_what_is_seen_now_counts(left):
     """The walls about the goal have been taken away, but for one that hides nothing from the robot."""
-    given_up = drive(VAULT, PARAMETERS, steps=4000)[-1]
-    position = given_up.roadmap.union.center[-1]
+    before = given_up()
+    position = before.roadmap.union.center[-1]
     opened = dataclasses.replace(VAULT, start=(*position, 0.0), polygons=VAULT.polygons[left : left + 1])
-    states = drive(opened, PARAMETERS, steps=600, begin=given_up.with_new_goal())
+    states = drive(opened, PARAMETERS, steps=600, begin=before.with_new_goal())
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 600
 
 

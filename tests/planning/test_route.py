@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
@@ -13,7 +12,7 @@ from drake_starnav.planning import state as planner_state
 from drake_starnav.planning.closed_places import CLOSED, Closures
 from drake_starnav.planning.frontiers import find_gaps
 from drake_starnav.planning.grid import STRIDE
-from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, REPLAN_DISTANCE, is_obstructed
+from drake_starnav.planning.monitoring import REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.route import LEFT, SHIFT, _find_exit, find_frontier_point, find_route
 from drake_starnav.surroundings import Observation
@@ -68,16 +67,6 @@ def test_what_was_expected_triggers_no_plan():
 
 def test_what_moves_bars_no_way():
     assert planned(beginning(), POST, motion=DYNAMIC).progress.plan_count == 1
-
-
-@given(st.integers(0, 10_000))
-def test_a_path_is_barred_by_a_hit_that_is_near_to_it(seed):
-    """Its first point does not count, and of the others every other is looked at."""
-    rng = np.random.default_rng(seed)
-    path = np.cumsum(rng.uniform(-0.1, 0.1, (rng.integers(0, 30), 2)), axis=0)
-    points = rng.uniform(-1.0, 1.0, (rng.integers(0, 4), 2))
-    away = np.linalg.norm(path[1::2, None] - points[None], axis=2)
-    assert is_obstructed(path, points, RADIUS) == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
 
 
 def looks_ahead(state: PlannerState) -> bool:
@@ -145,21 +134,6 @@ def test_the_exit_is_where_a_path_leaves_the_regions_for_good(seed):
     beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
     assert LEFT * RADIUS - HALF_CELL <= np.hypot(*(probe - viewpoint)) < LEFT * RADIUS + 0.1 + HALF_CELL + 1e-9
-
-
-def test_the_exit_may_be_where_the_robot_stands_just_outside_of_the_regions():
-    _, roadmap = wandered(1, nodes=1)
-    direction = np.array((1.0, 0.0))
-    edge = next(r for r in np.arange(0.05, 12.0, 0.05) if not roadmap.regions[0].contains(r * direction))
-    for outside in (0.01, HALF_CELL + 0.01):
-        path = (edge + outside + np.arange(0.0, 1.0, 0.1))[:, None] * direction
-        viewpoint, _, last = left(roadmap, path)
-        assert last == 0
-        if outside > HALF_CELL:
-            np.testing.assert_array_equal(viewpoint, path[0])
-        else:  # a place in the robot's cell is inside
-            assert roadmap.regions[0].contains(viewpoint)
-            assert np.hypot(*(viewpoint - path[0])) == pytest.approx(HALF_CELL)
 
 
 def state_of(roadmap: StarRoadmap) -> PlannerState:

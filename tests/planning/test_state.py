@@ -18,13 +18,6 @@ def test_before_the_first_scan_there_is_no_guidance() -> None:
     assert len(INITIAL.roadmap) == 0 and len(INITIAL.guidance.path) == 0
 
 
-def test_the_guidance_is_the_path_and_whether_it_ends_at_the_goal() -> None:
-    exploring = dataclasses.replace(INITIAL, route=Route(PATH), status=PlannerStatus.EXPLORING)
-    np.testing.assert_array_equal(exploring.guidance.path, PATH)
-    approaching = dataclasses.replace(exploring, status=PlannerStatus.APPROACHING)
-    assert exploring.guidance != approaching.guidance
-
-
 def test_a_turn_to_unseen_space_precedes_the_path() -> None:
     seen = dataclasses.replace(Observation.none(), pose=np.array((0.5, 0.2, 0.1)))
     state = dataclasses.replace(

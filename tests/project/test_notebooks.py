@@ -1,4 +1,4 @@
-"""The notebooks of the docs run as they stand, are short, and use only what is public."""
+"""The notebooks of the docs run as they stand, and use only what is public."""
 
 import ast
 import importlib
@@ -14,18 +14,12 @@ from tests.project.test_public import PUBLIC_MODULES
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.md"))
-MOST_LINES = 25
-"""Of code, imports included, without blank lines."""
 HANG = 300.0
 """A notebook takes seconds; on a machine that has compiled nothing yet, some more. Beyond this it hangs, s."""
 
 
 def cells(notebook: Path) -> list[str]:
     return re.findall(r"```\{code-cell\} python\n(.*?)```", notebook.read_text(encoding="utf-8"), flags=re.DOTALL)
-
-
-def test_there_are_notebooks() -> None:
-    assert [path.stem[:2] for path in NOTEBOOKS] == ["01", "02", "03"]
 
 
 @pytest.mark.slow
@@ -44,16 +38,13 @@ def test_a_notebook_runs_again_and_again_and_its_last_lines_are_shown(notebook: 
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_short_and_imports_only_what_is_public(notebook: Path) -> None:
+def test_a_notebook_imports_only_what_is_public(notebook: Path) -> None:
     tree = ast.parse("\n".join(cells(notebook)))
     imports = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
     for node in imports:
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("drake_starnav"):
             assert node.module in PUBLIC_MODULES
             assert {alias.name for alias in node.names} <= set(importlib.import_module(node.module).__all__)
-    lines = [line for cell in cells(notebook) for line in cell.splitlines()]
-    code = [line for line in lines if line.strip()]
-    assert len(code) <= MOST_LINES, len(code)
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)

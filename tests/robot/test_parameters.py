@@ -9,12 +9,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 
 
-def test_the_limits_are_floats_by_name() -> None:
-    limits = RobotParameters(max_speed=1, max_yaw_rate=2.0, max_acceleration=3.0, max_yaw_acceleration=4.0).limits
-    assert limits == (1.0, 2.0, 3.0, 3.0, 4.0, 0.0, 0.0) and limits.max_yaw_rate == 2.0
-    assert all(type(value) is float for value in limits)  # kernels would be compiled again for whole numbers
-
-
 @pytest.mark.parametrize("base", ["differential", "omnidirectional", "car"])
 def test_a_robot_brakes_as_hard_as_it_speeds_up_unless_it_is_declared(base: str) -> None:
     robot = RobotParameters(base=base, max_acceleration=0.7)

@@ -71,7 +71,7 @@ def test_one_beam_that_errs_for_good_holds_no_robot_and_is_named(forest, value) 
     assert "beam 100 of lidar 0" in named and count == robot.scans
 
 
-@pytest.mark.parametrize(("value", "beam"), [(0.27, 180), (0.3, 190), (0.6, 180)])
+@pytest.mark.parametrize(("value", "beam"), [(0.27, 180), (0.6, 180)])
 def test_a_beam_that_errs_for_good_ahead_of_the_robot_is_found_out_and_named(forest, value, beam) -> None:
     forest.reset()
     robot = BareRobot(FOREST)
@@ -126,7 +126,7 @@ class Hesitating(BareRobot):
             super().drive(command._replace(twist=np.zeros(2)) if self.halted else command)
 
 
-@pytest.mark.parametrize("seconds", [0.12, 0.2, 0.5, 3.0, 17.0])
+@pytest.mark.parametrize("seconds", [0.12, 0.5, 3.0])
 def test_a_base_whose_computer_halts_is_driven_on(forest, seconds) -> None:
     forest.reset()
     robot = Hesitating(BEGIN, BEGIN + seconds, silent=True)
@@ -135,7 +135,7 @@ def test_a_base_whose_computer_halts_is_driven_on(forest, seconds) -> None:
     assert {command.why.rstrip("0123456789. s") for command in commands} <= {"", "no odometry for", "no scan for"}
 
 
-@pytest.mark.parametrize("seconds", [0.5, 1.0, 2.5])
+@pytest.mark.parametrize("seconds", [0.5, 2.5])
 def test_a_base_that_hesitates_is_braked_and_driven_on(forest, seconds) -> None:
     forest.reset()
     robot = Hesitating(BEGIN, BEGIN + seconds)
@@ -186,7 +186,7 @@ def test_hits_that_vanish_hold_a_robot_until_it_is_reset(forest) -> None:
     assert commands[-1].status == "driving" and robot.speed > 0.3
 
 
-@pytest.mark.parametrize("share", [0.0, 0.7, 1.4])
+@pytest.mark.parametrize("share", [0.0, 1.4])
 def test_scans_and_odometry_that_disagree_for_good_are_said_to(forest, share) -> None:
     forest.reset()
     robot = Slipping(FOREST, share, BEGIN)

@@ -7,7 +7,7 @@ pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
-from drake_starnav.runtime.ros2_messages import FIELDS, MESSAGES, PLAIN, make_dds_name, make_ros_name
+from drake_starnav.runtime.ros2_messages import FIELDS, MESSAGES, PLAIN
 
 OURS, THEIRS = MESSAGES, get_typestore(Stores.ROS2_JAZZY)
 LENGTHS = {"ranges": 361, "intensities": 0, "data": 5, "covariance": 36}
@@ -40,19 +40,12 @@ def filled(kind: str, rng: np.random.Generator):
 
 
 @pytest.mark.parametrize("kind", FIELDS)
-@pytest.mark.parametrize("seed", range(4))
-def test_bytes_are_those_of_ros(kind: str, seed: int) -> None:
-    ours, theirs = filled(kind, np.random.default_rng(seed))
+def test_bytes_are_those_of_ros(kind: str) -> None:
+    ours, theirs = filled(kind, np.random.default_rng(0))
     name = kind.replace("/", "/msg/")
     data = bytes(THEIRS.serialize_cdr(theirs, name))
     assert bytes(ours.serialize()) == data.ljust(len(bytes(ours.serialize())), b"\0")
     assert type(ours).deserialize(data) == ours
-
-
-@pytest.mark.parametrize("kind", FIELDS)
-def test_fields_are_those_of_ros_in_their_order(kind: str) -> None:
-    names = [each.split()[1] for each in FIELDS[kind].split(", ")]
-    assert names == [name for name, _ in THEIRS.fielddefs[kind.replace("/", "/msg/")][1]]
 
 
 def test_what_is_not_given_is_zero_empty_or_no_turn() -> None:
@@ -61,8 +54,3 @@ def test_what_is_not_given_is_zero_empty_or_no_turn() -> None:
     with pytest.raises(AttributeError, match="no message PointCloud2; allowed: builtin_interfaces/Time"):
         _ = OURS.PointCloud2
     assert {"string", "bool", "float32"} <= set(PLAIN)
-
-
-def test_types_have_two_names() -> None:
-    assert make_ros_name(make_dds_name("nav_msgs/Odometry")) == "nav_msgs/Odometry"
-    assert make_ros_name("DCPSParticipant") == "DCPSParticipant"

@@ -29,12 +29,6 @@ def test_outputs_are_inputs() -> None:
     assert station.scenario is SCENARIO and len(station.mounts) == 2
 
 
-def test_before_the_first_scan_all_beams_are_lost() -> None:
-    assert all(
-        make_empty_scan(lidar).lost.all() and len(make_empty_scan(lidar).ranges) == lidar.beams for lidar in LIDARS
-    )
-
-
 def test_the_goal_is_what_is_asked_for() -> None:
     goal = AskedGoal()
     context = goal.CreateDefaultContext()

@@ -60,10 +60,6 @@ def test_either_certificate_may_refuse() -> None:
     assert accepts(seen(2.0), (-0.3, 0.0), AHEAD)
 
 
-def test_without_a_scan_nothing_is_accepted() -> None:
-    assert not accepts(Surroundings.unknown(), (0.5, 0.0))
-
-
 @settings(max_examples=200, deadline=None)
 @given(seeds, st.sampled_from([0.0, 0.03]), st.sampled_from([0.0, 0.05]))
 def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: float, delay: float) -> None:
@@ -116,9 +112,3 @@ def beside(clearance: float) -> Surroundings:
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
 def test_without_a_margin_two_millimetres_are_kept(clearance: float, passes: bool) -> None:
     assert accepts(beside(clearance), (0.3, 0.0), margin=0.0) == passes
-
-
-def test_outside_of_the_star_only_the_way_away_from_the_wall_is_accepted() -> None:
-    close = seen(ROBOT.radius + 0.005)
-    assert not accepts(close, (0.3, 0.0))
-    assert accepts(close, (-0.3, 0.0))

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.robot import BASES, RobotParameters
-from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear
 from drake_starnav.safety.shield import find_certified_twist, ramp_twist, shield_twist
@@ -51,24 +50,6 @@ def test_a_free_twist_passes_within_the_limits() -> None:
     pose, certified = driven((-9.0, 0.0), wall(), periods=100)
     assert all(certified)
     assert pose[0] == pytest.approx(-(0.8 * 2.0 - 0.5 * 0.8**2), abs=0.02)
-
-
-def test_nothing_seen_is_nothing_driven() -> None:
-    pose, _ = driven((0.8, 0.0), Surroundings.unknown())
-    assert pose == pytest.approx(np.zeros(3))
-
-
-def test_no_proposal_asks_for_more_than_is_desired_or_backwards_and_each_is_another() -> None:
-    speeds, turns = SHARES.T
-    assert tuple(SHARES[0]) == (1.0, 1.0)
-    assert (speeds >= 0.0).all() and (speeds <= 1.0).all() and (np.abs(turns) <= 1.0).all()
-    assert len(np.unique(SHARES, axis=0)) == len(SHARES)
-
-
-def test_when_the_turn_is_not_possible_less_of_it_none_and_the_other_way_are_tried_driving_and_standing() -> None:
-    turned = {turn: set(SHARES[SHARES[:, 1] == turn, 0]) for turn in SHARES[:, 1]}
-    assert set(turned) == {1.0, 0.5, 0.0, -0.5}
-    assert all(0.0 in speeds and len(speeds) > 1 for speeds in turned.values())
 
 
 @pytest.mark.parametrize("base", list(BASES))

@@ -144,17 +144,6 @@ def test_example_imports_public_names_only(example: Path) -> None:
             assert {alias.name for alias in found.names} <= set(importlib.import_module(found.module).__all__)
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_example_says_what_it_is_and_how_to_run_it(example: Path) -> None:
-    text = ast.get_docstring(ast.parse(example.read_text(encoding="utf-8")))
-    assert text is not None
-    assert f"Run: python scripts/examples/{example.name}" in text
-
-
-def test_of_each_example_something_is_expected() -> None:
-    assert set(EXPECTED) == {path.stem for path in EXAMPLES}
-
-
 def test_the_lidar_example_knows_only_the_lidar_and_measures_true_points(tmp_path: Path) -> None:
     path = ROOT / "scripts" / "examples" / "lidar_only.py"
     (own,) = (node for node in imports(path) if node.module == "drake_starnav")

@@ -5,11 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.common.eigen_geometry import Quaternion
-from pydrake.common.value import Value
-from pydrake.geometry import QueryObject
-from pydrake.math import RigidTransform
-from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_starnav.errors import StarnavError
@@ -19,7 +15,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.run import run_trial
-from drake_starnav.station.navigation_station import Station, add_station
+from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import (
     DISCRETE_ONLY,
     advance,
@@ -112,39 +108,6 @@ def test_settings_that_a_continuous_plant_ignores_make_it_discrete(key: str) -> 
         continuous=True,
     )
     assert kept.plant.time_step() == 0.0
-
-
-class PoseProbe(LeafSystem):
-    """Notes the robot's pose as the scene has it, and as its state says, at events in the middle of a run."""
-
-    def __init__(self, station: Station) -> None:
-        super().__init__()
-        body = station.plant.GetBodyByName("base_link", station.robot_model)
-        self._frame, self.differences = station.plant.GetBodyFrameIdOrThrow(body.index()), list[float]()
-        self._query = self.DeclareAbstractInputPort("geometry_query", Value(QueryObject()))
-        states = station.plant.num_multibody_states(station.robot_model)
-        self._state = self.DeclareVectorInputPort("state", states)
-        self.DeclareDiscreteState(1)
-        self.DeclarePeriodicDiscreteUpdateEvent(0.05, 0.0025, self._note)
-
-    def _note(self, context: Context, values: DiscreteValues) -> EventStatus:
-        seen = self._query.Eval(context).GetPoseInWorld(self._frame)
-        state = self._state.Eval(context)
-        true = RigidTransform(Quaternion(state[:4] / np.linalg.norm(state[:4])), state[4:7])
-        self.differences.append(float(np.abs(seen.GetAsMatrix4() - true.GetAsMatrix4()).max()))
-        return EventStatus.Succeeded()
-
-
-def test_the_scene_shows_the_robot_where_it_is() -> None:
-    builder = DiagramBuilder()
-    station = add_station(builder, World("open", (0, 0, 0), (5, 0)), Scenario("test", None, RobotParameters()))
-    probe = builder.AddSystem(PoseProbe(station))
-    builder.Connect(station.GetOutputPort("cheat.geometry_query"), probe.get_input_port(0))
-    builder.Connect(station.GetOutputPort("cheat.robot_state"), probe.get_input_port(1))
-    twist = builder.AddSystem(ConstantVectorSource([0.5, 1.5]))
-    builder.Connect(twist.get_output_port(), station.GetInputPort("drive.twist_command"))
-    make_simulator(builder.Build()).AdvanceTo(1.0)
-    assert len(probe.differences) == 20 and max(probe.differences) < 1e-9
 
 
 @pytest.mark.parametrize("continuous", [True, False])

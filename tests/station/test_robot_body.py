@@ -97,10 +97,10 @@ def random_robots(count: int, seed: int) -> Iterator[RobotParameters]:
         yield robot
 
 
-def check_bodies(count: int, seed: int) -> int:
-    """How many random robots are accepted; each covers its footprint and no more."""
+def test_random_bodies_are_what_is_declared() -> None:
+    """Each robot that is accepted covers its footprint and no more."""
     accepted = 0
-    for robot in random_robots(count, seed):
+    for robot in random_robots(60, seed=2):
         try:
             plant = covered_by_plant(robot)
         except StarnavError as error:
@@ -110,11 +110,7 @@ def check_bodies(count: int, seed: int) -> int:
         flat = 0.0022 * robot.radius if robot.base == "car" and not robot.footprint else 0.0  # a disc of 48 corners
         assert shapely.hausdorff_distance(plant, declared) < 2e-3 + flat, robot
         assert declared.buffer(1e-3).covers(plant), robot
-    return accepted
-
-
-def test_a_shipped_robot_gets_the_body_that_is_declared() -> None:
-    assert check_bodies(25, seed=1) > 10
+    assert accepted > 30
 
 
 @pytest.mark.slow
@@ -134,16 +130,6 @@ def test_a_robot_whose_wheels_cannot_do_what_is_declared_is_refused(name: str) -
         NavigationStation(WORLD, Scenario("test", None, robot))
 
 
-def test_two_hundred_bodies_are_what_is_declared() -> None:
-    assert check_bodies(300, seed=2) > 150
-
-
-@pytest.mark.parametrize("model", ROBOTS)
-def test_a_body_of_ones_own_is_given_to_every_shipped_robot(model: str) -> None:
-    robot = RobotParameters(model=model, base=ROBOTS[model], footprint=BOX)
-    assert covered_by_plant(robot).symmetric_difference(declared_area(robot)).area < 1e-3
-
-
 @pytest.mark.parametrize(
     ("said", "words"),
     [
@@ -156,8 +142,7 @@ def test_a_body_without_room_for_the_wheels_is_refused(said: dict, words: str) -
         NavigationStation(WORLD, Scenario("test", None, RobotParameters(**said)))
 
 
-@pytest.mark.parametrize("radius", [1.0, 3.0])
-@pytest.mark.parametrize("model", ["starbot", "carrier", "jackal", "carbot"])
+@pytest.mark.parametrize(("model", "radius"), [("starbot", 1.0), ("carrier", 3.0), ("jackal", 3.0), ("carbot", 1.0)])
 def test_the_lidar_of_a_large_body_sees_no_floor_where_it_brakes(model: str, radius: float) -> None:
     """Up to 60 m, however hard it turns and stops: what stands on the wheels and casters grows with the body."""
     asked = {"radius": radius, "max_speed": 3.0, "max_acceleration": 3.0, "max_yaw_acceleration": 1.0}

@@ -131,11 +131,8 @@ def test_spheres_that_a_lidar_looks_over_are_named(tmp_path: Path) -> None:
         NavigationStation(world, scenario)
 
 
-@pytest.mark.parametrize("lidar", [0.45, 0.55, 1.2, 2.5])
-@pytest.mark.parametrize(
-    "world",
-    ["!Obstacles {bounds: [-1.5, -2, 7, 2], cylinders: [[2.5, 0.1, 0.3]], start: [0, 0, 0], goal: [5, 0]}", "!Room {}"],
-)
-def test_what_is_generated_is_as_high_as_the_lidar_needs(tmp_path: Path, lidar: float, world: str) -> None:
+@pytest.mark.parametrize("lidar", [0.55, 2.5])
+def test_what_is_generated_is_as_high_as_the_lidar_needs(tmp_path: Path, lidar: float) -> None:
+    world = "!Obstacles {bounds: [-1.5, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], start: [0, 0, 0], goal: [3, 0]}"
     outcome = run_trial(driven(cart(tmp_path, lidar=lidar), world), seed=1)
     assert outcome.outcome == "reached" and outcome.min_clearance_m > 0.0

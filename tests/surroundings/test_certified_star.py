@@ -51,14 +51,6 @@ def test_contained_points_are_clear_of_all_remembered_hits_and_so_is_the_way_the
     assert np.hypot(*(points[inside] - star.center).T).max() <= REACH
 
 
-@settings(max_examples=20)
-@given(seeds)
-def test_more_scans_never_certify_more(seed):
-    seen, scan, pose = driven(seed)
-    alone = observe_scan(scan, pose, SAFE, REACH)
-    assert (seen.certified_star.values <= alone.certified_star.values + 1e-12).all()
-
-
 def test_the_hits_of_the_last_scans_are_kept_and_never_change():
     scans = [LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 1.0 + 0.1 * k)) for k in range(8)]
     seen = [Surroundings.unknown()]
@@ -131,13 +123,6 @@ def test_what_touches_the_lidar_is_a_millimetre_away_along_its_beam(between: flo
 
 def test_a_lidar_that_sees_no_farther_than_the_robot_certifies_nothing() -> None:
     assert (safe_star(all_around(0.8 * SAFE)).values == 0.0).all()
-
-
-def test_the_star_holds_all_recent_hits():
-    seen, _, _ = driven(5)
-    points, half_gaps = seen.certified_star.boundary
-    np.testing.assert_array_equal(points, seen.recent_hits.hits.points)
-    assert seen.has_views and len(half_gaps) == len(points)
 
 
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
@@ -230,11 +215,6 @@ def test_no_more_is_certified_than_the_lidar_sees(range_max: float, reach: float
     star = seen.certified_star
     assert seen.view.reach == pytest.approx(known)
     assert star.values == pytest.approx(np.full(len(star.values), min(range_max - SAFE, reach)))
-
-
-def test_hits_know_how_far_apart_they_are() -> None:
-    star = safe_star(all_around(b0_360=0.8))
-    assert star.boundary.half_gaps == pytest.approx(np.full(360, 0.8 * math.sin(math.pi / 360)))
 
 
 def test_no_scan_certifies_no_motion():

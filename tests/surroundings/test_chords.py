@@ -22,29 +22,6 @@ def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
     return Chords(ends, np.ones(len(ends), bool), occludes, center)
 
 
-def on_circle(*degrees: float) -> np.ndarray:
-    angle = np.radians(degrees)
-    return np.column_stack((np.cos(angle), np.sin(angle)))
-
-
-def test_neighbours_on_a_surface_are_joined_and_others_stay_alone():
-    hits = on_circle(0.0, 4.0, 8.0, 90.0, 180.0)
-    ends = chords(hits, 0, np.zeros(2)).ends
-    lengths = np.hypot(*(ends[:, 2:] - ends[:, :2]).T)
-    assert sorted(lengths > 0.0) == [False, False, True, True]
-    assert lengths.max() < CHORD
-    for hit in hits:  # none is lost
-        assert (np.hypot(*(ends[:, :2] - hit).T).min() < 1e-12) or (np.hypot(*(ends[:, 2:] - hit).T).min() < 1e-12)
-
-
-def test_the_last_scan_shades_in_order_of_its_bearings_and_joins_over_its_seam():
-    earlier, latest = on_circle(0.0, 90.0), on_circle(179.0, -179.0, 165.0)
-    found = chords(np.vstack((earlier, latest)), 2, np.zeros(2))
-    ((ax, ay, bx, by),) = found.ends[found.occludes]
-    assert math.dist((ax, ay), (bx, by)) == pytest.approx(2.0 * math.sin(math.radians(1.0)))
-    assert (~found.occludes).sum() == 3  # a hit without a neighbour shades nothing by itself
-
-
 def expected(points: np.ndarray, closed: bool) -> list[tuple]:
     """Pairs of neighbours nearer than CHORD, and points without such a neighbour twice."""
     count = len(points)
@@ -71,11 +48,6 @@ def test_each_hit_is_joined_to_its_neighbours_on_the_surface_or_stands_alone(cou
     assert sorted(map(tuple, found.ends.tolist())) == sorted(expected(earlier, closed=False) + last)
     shading = [ends for ends in last if ends[:2] != ends[2:]]
     assert sorted(map(tuple, found.ends[found.occludes].tolist())) == shading
-
-
-def test_the_first_and_the_last_hit_of_earlier_scans_are_not_of_one_surface() -> None:
-    hits = on_circle(0.0, 90.0, 359.0)
-    np.testing.assert_array_equal(chords(hits, 3, np.zeros(2)).ends, np.hstack((hits, hits)))
 
 
 def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():

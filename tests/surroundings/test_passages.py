@@ -77,68 +77,12 @@ def test_a_door_that_leaves_too_little_stays_shut(half):
     np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
 
 
-def test_a_comfortable_opening_keeps_its_margin():
-    scan = cast(door(RADIUS + 0.1))
-    found = profile(scan)
-    assert ahead(found.values) > 3.0 and found.margin == MARGIN
-    np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
-
-
-def test_beside_a_narrow_door_all_keeps_the_margin():
-    """Away from the door the clearance is at least the margin; through it, at least the margin that the door allows."""
-    world = door(RADIUS + 0.02)
-    scan = cast(world)
-    found = profile(scan)
-    plain = eroded(scan, MARGIN)
-    changed = np.flatnonzero(found.values != plain)
-    bearing = -math.pi + 2.0 * math.pi / 720 * changed
-    assert len(changed) and np.abs(bearing).max() < 0.2
-    angle = -math.pi + 2.0 * math.pi / 720 * np.arange(720)
-    ends = found.values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    clear = segment_distance(scan.points()[None], np.zeros(2), ends[:, None]).min(axis=1)
-    assert clear.min() > RADIUS + found.margin - 1e-9
-    assert np.delete(clear, changed).min() > RADIUS + MARGIN - 1e-9
-
-
-def test_a_corner_is_not_cut():
-    """Beside the end of a wall the path is open: the extra view of a narrower robot is no gain."""
-    wall = [(0.6, -3.0), (0.7, -3.0), (0.7, 0.0), (0.6, 0.0)]
-    world = World("corner", (0, 0, 0), (2, 0), polygons=[wall], bounds=(-3.0, -3.0, 4.0, 3.0))
-    scan = cast(world)
-    gained = eroded(scan, LEAST) > eroded(scan, MARGIN) + PASSAGE_DEPTH * RADIUS
-    assert gained.any()
-    found = profile(scan)
-    np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
-    assert found.margin == MARGIN
-
-
-def test_a_door_farther_off_is_looked_at_from_nearer():
-    scan = cast(door(RADIUS + 0.02, x=1.5))
-    assert ahead(eroded(scan, MARGIN)) > SHUT * RADIUS
-    np.testing.assert_array_equal(profile(scan).values, eroded(scan, MARGIN))
-
-
 def test_a_robot_nearer_to_walls_than_the_margin_sees_along_them():
     half = RADIUS + 0.5 * (MARGIN + LEAST)
     scan = cast(World("lane", (0, 0, 0), (2, 0), bounds=(-2.0, -half, 3.0, half)))
     assert eroded(scan, MARGIN).max() < 0.05
     found = profile(scan)
     assert ahead(found.values) > 1.0 and found.margin < MARGIN
-
-
-def test_a_robot_enclosed_on_all_sides_gets_the_space_there_is():
-    half = RADIUS + 0.5 * (MARGIN + LEAST)
-    scan = cast(World("cell", (0, 0, 0), (0, 0), bounds=(-half, -half, half, half)))
-    found = profile(scan)
-    assert (found.values <= eroded(scan, LEAST)).all() and found.values.max() < 0.05
-
-
-def test_without_less_margin_none_is_entered():
-    scan = cast(door(RADIUS + 0.02))
-    for least in (MARGIN, 2.0 * MARGIN):
-        found = profile(scan, dataclasses.replace(MARGINS, least=least))
-        np.testing.assert_array_equal(found.values, eroded(scan, MARGIN))
-        assert found.margin == MARGIN
 
 
 @settings(max_examples=60)

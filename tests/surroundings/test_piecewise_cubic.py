@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_starnav.paper.star_region import fit_boundary
 from drake_starnav.surroundings.piecewise_cubic import (
     JUMP,
     SMALLEST_SPLIT,
@@ -11,7 +12,6 @@ from drake_starnav.surroundings.piecewise_cubic import (
     fit_piecewise_cubic,
     fit_segments,
 )
-from scripts.experiments.ablate_segments import fit_slopes
 from tests.helpers.scans import RADIUS, seeds
 
 
@@ -48,7 +48,7 @@ def adaptive(samples: np.ndarray, one_sided: bool = True) -> PiecewiseCubic:
     return fit_piecewise_cubic(samples, RADIUS, one_sided=one_sided)
 
 
-FITS = st.sampled_from([adaptive, fit_slopes, equal])
+FITS = st.sampled_from([adaptive, fit_boundary, equal])
 
 
 @settings(max_examples=40)

@@ -7,11 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-import shapely
-from hypothesis import given
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import disc, find_covered_area, footprint
+from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_COVER_RADIUS, LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
@@ -21,11 +19,11 @@ from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_views, perceive
 from drake_starnav.surroundings.polar_image import make_polar_image, view_range
-from drake_starnav.surroundings.view import View, smooth_hits
+from drake_starnav.surroundings.view import View
 from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts
-from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered, seeds
+from tests.helpers.scans import MARGINS, ORIGIN, RADIUS, cast, distance, scattered
 
 NAMES = pytest.mark.parametrize("name", LIDARS)
 BODY = disc(RADIUS)
@@ -77,12 +75,6 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
     return World("needles", (0, 0, 0), (0, 0), cylinders=kept, bounds=(-3.0, -3.0, 3.0, 3.0))
 
 
-def test_a_lone_lidar_on_the_axis_passes_through() -> None:
-    scan = cast(scattered(np.random.default_rng(3)))
-    assert merged([scan], (ON_AXIS,)) is scan
-    assert np.array_equal(smooth_hits(scan, ON_AXIS).points, scan.points())
-
-
 def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
     mount, beams = Mount(0.3, 0.3, 0.0, False), 2000
     bearing = np.linspace(-math.pi, math.pi, beams, endpoint=False)
@@ -126,22 +118,6 @@ def test_rays_end_where_space_is_free(name: str) -> None:
         assert scan.full_circle and scan.distances.mean() > 0.9 * np.minimum(truth.distances, scan.range_max).mean()
 
 
-@NAMES
-def test_rays_end_where_space_is_free_though_one_lidar_looked_from_elsewhere(name: str) -> None:
-    lidars, rng = LIDARS[name], np.random.default_rng(21)
-    settings = PerceptionSettings(MARGINS, BODY, mounts(lidars))
-    for _ in range(20):
-        world, earlier = blocks(rng, 6, 8, 1.0), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
-        pose = compose_poses(earlier, rng.uniform((-0.05, 0.0, -0.2), (0.05, 0.0, 0.2)))
-        first = [dataclasses.replace(scan, scan_time=0.1) for scan in looks(world, lidars, earlier)]
-        known = perceive(PerceptionState.initial(), first, earlier, settings)
-        second = [dataclasses.replace(scan, time=0.05) for scan in looks(world, lidars, pose)]
-        scan = perceive(known, [second[0], *first[1:]], pose, settings).observation.scan
-        assert scan.time == 0.05
-        past = scan.distances - cast(world, pose, beams=BEARINGS).distances
-        assert (past < 0.02).mean() > 0.98 and (np.abs(past[scan.hits]) < 0.02).mean() > 0.95
-
-
 def test_what_only_the_axis_would_see_is_unknown() -> None:
     world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
     scan = seen(world, (Lidar(Mount(0.2, 0.0, 0.0, False)),))
@@ -170,35 +146,10 @@ def test_what_was_seen_earlier_is_free_or_a_surface_where_no_lidar_looks() -> No
     assert known.lost.sum() < 0.2 * alone.lost.sum()
 
 
-def test_two_lidars_see_what_one_does_not() -> None:
-    world = World("post", (0, 0, 0), (0, 0), cylinders=[(0.2, 0.6, 0.1)])
-    pair = (*AHEAD, Lidar(Mount(-0.2, 0.0, math.pi, False)))
-    assert seen(world, pair).lost.sum() < 0.5 * seen(world, AHEAD).lost.sum()
-
-
-@given(seed=seeds)
-def test_upside_down_and_turned_change_nothing(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    world, step = blocks(rng, 6, 8, 1.0), 2.0 * math.pi / 360
-    x, y, turns = *rng.uniform(-0.15, 0.15, 2), int(rng.integers(0, 360))
-    plain = seen(world, (Lidar(Mount(x, y, 0.0, False)),))
-    for upside_down in (False, True):  # the same beams
-        turned = seen(world, (Lidar(Mount(x, y, turns * step, upside_down)),))
-        assert np.abs(turned.distances - plain.distances).max() < 1e-6
-
-
 def test_the_range_shrinks_by_the_offset() -> None:
     scan = seen(World("empty", (0, 0, 0), (0, 0)), AHEAD)
     assert not scan.lost.any() and not scan.hits.any()
     assert 5.0 - 0.2 - 1e-3 < scan.range_max < 5.0 - 0.2
-
-
-def test_an_obstacle_at_the_robot_s_side_is_seen() -> None:
-    world = World("wall", (0, 0, 0), (0, 0), polygons=(np.array(((-3, 0.26), (3, 0.26), (3, 0.4), (-3, 0.4))),))
-    for lidars in LIDARS.values():
-        scan = seen(world, lidars)
-        beam = round(1.5 * math.pi / scan.angle_increment)
-        assert scan.hits[beam] and scan.distances[beam] == pytest.approx(0.26, abs=1e-3)
 
 
 def checked(*lidars: Lidar) -> None:
@@ -290,24 +241,3 @@ def test_a_polygon_s_lidars_see_from_its_corners() -> None:
     empty = World("empty", (0, 0, 0), (0, 0))
     check_views(looks(empty, pair), mounts(pair), box, backwards=False)
     check_views(looks(empty, pair[:1]), mounts(pair[:1]), box, backwards=False)
-
-
-@pytest.mark.parametrize("name", ["ahead", "corners"])
-def test_polygons_that_keep_clear_of_chords_and_shadows_touch_nothing(name: str) -> None:
-    box = footprint(((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)))
-    lidars, rng = LIDARS[name], np.random.default_rng(13)
-    settings, accepted, least = PerceptionSettings(MARGINS, box, mounts(lidars)), 0, math.inf
-    for _ in range(60):
-        world, pose = blocks(rng, 10, 14, 0.5), np.array((0.0, 0.0, rng.uniform(-3.0, 3.0)))
-        solid = [shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius in world.discs]
-        obstacles = shapely.union_all([*solid, *(shapely.Polygon(polygon) for polygon in world.polygons)])
-        if shapely.distance(find_covered_area(box, pose), obstacles) < MARGINS.safety:
-            continue
-        seen = perceive(PerceptionState.initial(), looks(world, lidars, pose), pose, settings).surroundings
-        for _ in range(40):
-            move = np.array((*rng.uniform(-0.4, 0.4, 2), rng.uniform(-1.0, 1.0)))
-            way = pose + np.linspace(0.0, 1.0, 120)[:, None] * move
-            if seen.keeps_clear(way, box, MARGINS.safety):
-                accepted += 1
-                least = min(least, shapely.distance(find_covered_area(box, way[-1]), obstacles))
-    assert accepted > 200 and least > 0.0

@@ -103,23 +103,6 @@ def test_what_leaves_the_known_area_does_not_keep_clear(room: float, clear: bool
     assert is_collision_free(poses, nothing, NONE, ELL.body, ClearanceLimits(0.01, room)) == clear
 
 
-@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8), (0.0, 0.0)])
-@pytest.mark.parametrize("turn", [0.0, 0.5, -2.0])
-@pytest.mark.parametrize("count", [2, 3, 40])
-def test_a_long_step_to_a_surface_is_no_less_noticed_than_many_short_ones(way, turn: float, count: int) -> None:
-    """Also from one side of the origin to the other, and where the robot only turns."""
-    there = np.column_stack((np.linspace(-0.5, 0.5, count)[:, None] * way, np.linspace(0.0, turn, count)))
-    for nose in (0.28, 0.32):  # in the front of the robot at the far end, or just ahead of it
-        hit = there[-1, :2] + nose * np.array((math.cos(turn), math.sin(turn)))
-        surface = chords(np.hstack((hit, hit))[None], np.array([False]), np.zeros(2))
-        for poses in (there, np.vstack((there, there[::-1]))):
-            bounds = np.array([gap(pose, ELL, surface) for pose in poses])
-            clear = (bounds >= min(0.01, bounds[0])).all()
-            assert is_collision_free(poses, surface, NONE, ELL.body, ClearanceLimits(0.01, 9.0)) == (
-                clear and bounds[0] > 0.0
-            )
-
-
 @settings(max_examples=60)
 @given(seeds)
 def test_surfaces_count_as_far_as_the_robot_can_get_with_its_margin(seed: int) -> None:

@@ -116,18 +116,6 @@ def test_most_of_what_a_look_saw_it_knows() -> None:
     assert np.mean([seen_by(ViewHistory.of_one_time((look,), (HERE,), 0.0, Odometer()), part) for part in free]) > 0.95
 
 
-def test_two_looks_know_together_what_none_saw_whole() -> None:
-    views = ({"angle_min": -0.1, "angle_increment": 3.0 / 359}, {"angle_min": -2.9, "angle_increment": 3.0 / 359})
-    world = scattered(np.random.default_rng(0), discs=0, walls=0)
-    looks = tuple(view_of(cast(world, np.zeros(3), **view), HERE) for view in views)
-    seen = ViewHistory.of_one_time(looks, (HERE,) * len(looks), 0.0, Odometer())
-    ahead = np.array([(0.4, -0.2), (0.6, -0.2), (0.6, 0.2), (0.4, 0.2)])
-    assert seen_by(seen, ahead)
-    for one in looks:
-        assert not seen_by(ViewHistory.of_one_time((one,), (HERE,), 0.0, Odometer()), ahead)
-    assert not seen_by(ViewHistory(), ahead)
-
-
 @settings(max_examples=40)
 @given(seeds)
 def test_a_shadow_in_the_midst_of_a_place_hides_it_until_another_look_sees_it(seed: int) -> None:

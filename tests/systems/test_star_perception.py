@@ -140,16 +140,6 @@ def test_a_scan_without_a_valid_beam_is_none() -> None:
     assert perceived.out("surroundings").certified_star.values.any()
 
 
-def test_the_star_says_when_the_scan_before_was_taken() -> None:
-    perceived = Perceived()
-    perceived.see(POST)
-    perceived.update()
-    first = perceived.out("surroundings")
-    assert first.previous_time == -np.inf
-    perceived.update()
-    assert perceived.out("surroundings").previous_time == first.time < perceived.out("surroundings").time
-
-
 @pytest.mark.parametrize(
     "view, words",
     [

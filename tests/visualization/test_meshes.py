@@ -1,5 +1,4 @@
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,8 +6,6 @@ import shapely
 
 from drake_starnav.geometry.footprint import disc, find_covered_area, footprint
 from drake_starnav.visualization import meshes
-from drake_starnav.visualization.meshes import LAYERS
-from drake_starnav.visualization.star_roadmap_visualizer import NODE_RADIUS
 
 ICOSAGON = 10.0 * math.sin(math.pi / 10.0)
 """Area of a polygon of 20 corners on the unit circle, as which round shapes are drawn."""
@@ -56,19 +53,6 @@ def test_shapes_have_their_areas():
     assert len(meshes.make_crosses(np.zeros((0, 2)), 0.2, 0.0)) == 0
 
 
-def test_speed_colors_run_from_the_first_to_the_last_and_clip():
-    colors = meshes.compute_speed_colors(np.array([0.0, 0.8, -0.8, 5.0]), max_speed=0.8)
-    assert np.allclose(colors[0], meshes.SPEED_COLORS[0])
-    assert np.allclose(colors[1:], meshes.SPEED_COLORS[-1])
-
-
-def test_layers_lie_apart_and_their_colors_differ():
-    heights = [layer.height for layer in LAYERS.values()]
-    assert heights == sorted(set(heights))
-    signs = {(layer.color, layer.symbol) for layer in LAYERS.values()}
-    assert len(signs) == len(LAYERS)
-
-
 @pytest.mark.parametrize("corners", [((0.6, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.6, -0.2)), None])
 def test_rim_and_front_lie_inside_the_footprint(corners) -> None:
     shape = disc(0.3) if corners is None else footprint(corners)
@@ -79,12 +63,6 @@ def test_rim_and_front_lie_inside_the_footprint(corners) -> None:
     assert meshes.make_front(shape, 0.1).vertices[:, 0].max() == pytest.approx(0.3 if corners is None else 0.6)
 
 
-def test_every_layer_is_explained_to_users() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text(encoding="utf-8")
-    for layer in LAYERS:
-        assert f"`{layer}`" in text or f"`{layer.rpartition('/')[2]}`" in text, layer
-
-
 def test_the_area_that_polygons_cover_is_what_is_drawn_once():
     shape = footprint(((0.3, 0.1), (-0.3, 0.1), (-0.3, -0.1), (0.3, -0.1)))
     poses = np.array([(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.2, 0.0, 0.5 * math.pi)])
@@ -93,14 +71,3 @@ def test_the_area_that_polygons_cover_is_what_is_drawn_once():
     area = 0.5 * np.abs(np.cross(np.pad(b - a, ((0, 0), (0, 1))), np.pad(c - a, ((0, 0), (0, 1))))[:, 2]).sum()
     assert area == pytest.approx(0.8 * 0.2 + 0.6 * 0.2 - 0.2 * 0.2)
     assert (mesh.vertices[:, 2] == 0.05).all()
-
-
-@pytest.mark.parametrize("radius", [0.05, 0.1, 0.25, 0.5, 2.0])
-def test_marks_grow_with_the_world_and_never_hide_the_robot(radius: float) -> None:
-    scales = [
-        meshes.choose_mark_scale((-size, 0.0, size, 1.0), radius)
-        for size in (0.0, 20.0 * radius, 100.0 * radius, 200.0)
-    ]
-    assert scales == sorted(scales)
-    assert max(scales[:3]) * NODE_RADIUS < radius
-    assert (scales[0] == 1.0) == (radius >= 0.25)

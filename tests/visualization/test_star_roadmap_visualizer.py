@@ -1,7 +1,6 @@
 import dataclasses
 import gc
 import math
-from collections import defaultdict
 
 import numpy as np
 import pytest
@@ -14,8 +13,6 @@ from drake_starnav.planning.roadmap import refit_regions
 from drake_starnav.planning.route import Route
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
-from drake_starnav.visualization import meshes
-from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.star_roadmap_visualizer import (
     NODE_RADIUS,
     SCAN_POINTS,
@@ -131,15 +128,6 @@ def test_scans_are_drawn_at_their_rate_and_thinned(log):
     assert all(0 < cloud.size() <= SCAN_POINTS for cloud in clouds)
 
 
-def test_the_newest_region_is_bright_and_all_together_are_faint(log):
-    script = play(log)
-    opacity = {call[1]: call[4].a() for call in script if call[0] == "SetTriangleMesh"}
-    for frame in (0, 30, 60):
-        newest = LAYERS["regions/newest"].opacity, meshes.RIM_OPACITY
-        assert [opacity[path] for path in script.visible("regions/newest", frame)] == list(newest)
-        assert {opacity[path] for path in script.visible("regions/all", frame)} == {LAYERS["regions/all"].opacity}
-
-
 def test_no_keyframe_lies_ahead_of_the_run(script):
     times = [call[4] for call in script if call[0] == "SetProperty" and len(call) == 5]
     assert max(times) < 3.0 + 1e-3
@@ -205,14 +193,6 @@ def test_a_second_initialization_starts_anew(log):
         script.clear()
     assert calls[0] == calls[1]
     assert calls[0][0] == ("Delete", "/starnav")
-
-
-def test_every_object_belongs_to_a_layer(script):
-    count = defaultdict(int)
-    for path in script.objects(""):
-        layer = next(name for name in LAYERS if path.startswith(f"/starnav/{name}"))
-        count[layer] += 1
-    assert set(count) >= set(LAYERS) - {"frontiers/stuck", "velocities", "zones/slow", "zones/keep_out"}
 
 
 def test_areas_of_certificates_are_drawn():

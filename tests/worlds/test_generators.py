@@ -41,7 +41,7 @@ def fingerprint(world: World) -> str:
     return hashlib.sha256(np.array(numbers).tobytes()).hexdigest()
 
 
-@pytest.mark.parametrize("seed", range(15))
+@pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: f"{type(kind).__name__}-{getattr(kind, 'family', '')}")
 def test_solvable_with_five_centimetres_to_spare(kind, seed):
     radius = 0.25

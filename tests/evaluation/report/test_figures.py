@@ -66,9 +66,3 @@ def test_the_data_of_the_figures_are_what_they_show() -> None:
     assert [row["y"] for row in rows if row["figure"] == harder] == [y for line in lines for y in line.get_ydata()]
     assert len({(line.get_marker(), line.get_linestyle()) for line in lines}) == len(results.methods)
     assert sum(row["figure"] == "trajectories" for row in rows) == sum(len(r["path"]) for r in results.records)
-
-
-def test_methods_are_told_apart_without_colour() -> None:
-    methods = [f"method {k}" for k in range(9)]
-    looks = [figures.choose_style(methods, method) for method in methods]
-    assert len({(look["marker"], look["linestyle"]) for look in looks}) == 9

@@ -11,7 +11,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import Barn, DynaBarn, make_world, moving_obstacle_states
 from drake_starnav.worlds.formats.world_file import WorldFile
 
-BENCHMARK = Path(__file__).parents[4] / "shared" / "data" / "barn_000_149.json"
 ENTRY = {
     "id": 7,
     "cylinders": [[2.0, 0.0, 0.075], [2.15, 0.0, 0.075]],
@@ -19,7 +18,6 @@ ENTRY = {
     "goal": [5.0, 0.5],
     "path_length_official": 5.2,
 }
-DYNABARN = Path(__file__).parents[4] / "shared" / "data" / "dynabarn_00_29.json"
 CONTENT = {
     "meta": {"start": [11, 0, 3.14], "goal": [-9, 0]},
     "worlds": [
@@ -71,15 +69,6 @@ def test_a_world_is_as_the_file_has_it(file: Path) -> None:
     assert world.name == "barn_7"
 
 
-@pytest.mark.skipif(not BENCHMARK.is_file(), reason=f"the benchmark's worlds are not at {BENCHMARK}")
-def test_reads_the_benchmark() -> None:
-    kind = Barn(file=str(BENCHMARK), id=3)
-    kind.check_numbers(range(150))
-    world = make_world(kind, 0, 0.334)
-    assert len(world.cylinders) > 100
-    assert world.optimal_time == pytest.approx(json.loads(BENCHMARK.read_text())["worlds"][3]["optimal_time"], abs=1e-3)
-
-
 def test_an_unknown_number_is_told_the_known_ones(file: Path) -> None:
     with pytest.raises(StarnavError, match=r"world\.id is 9; allowed: a world of .*worlds\.json: 7-8, 10"):
         make_world(Barn(file=str(file), id=9), 0, 0.334)
@@ -106,16 +95,6 @@ def test_a_world_is_as_the_file_has_it_of_dynabarn(tmp_path: Path) -> None:
     along = wall[2] - wall[1]
     assert np.hypot(*along) == pytest.approx(4.0)
     assert np.arctan2(along[1], along[0]) == pytest.approx(0.5 + 0.5 * np.pi)
-
-
-@pytest.mark.skipif(not DYNABARN.is_file(), reason=f"the benchmark's worlds are not at {DYNABARN}")
-def test_reads_the_benchmark_of_dynabarn() -> None:
-    kind = DynaBarn(file=str(DYNABARN), id=0)
-    kind.check_numbers(range(30))
-    world = make_world(kind, 0, 0.25)
-    assert len(world.moving_obstacles) == 11
-    assert len(world.polygons) == 3
-    assert world.goal == (-9.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -25,16 +25,15 @@ def placed(line: np.ndarray, world, step: float = 0.02) -> tuple[np.ndarray, np.
     return np.vstack(places), np.vstack(directions)
 
 
-@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(
     ("length", "lanes", "wall", "spare"),
     [(2.0, 3, 0.4, 0.05), (5.0, 8, 0.03, 0.05), (4.0, 5, 0.1, 0.3), (2.5, 9, 0.1, 0.05)],
 )
 @pytest.mark.parametrize("shape", _SHAPES)
-def test_the_way_is_exactly_as_wide_as_asked(shape, length, lanes, wall, spare, seed, monkeypatch):
+def test_the_way_is_exactly_as_wide_as_asked(shape, length, lanes, wall, spare, monkeypatch):
     for name, value in (("_LENGTHS", length), ("_LANES", lanes), ("_WALLS", wall)):
         monkeypatch.setattr(channel, name, (value, value))
-    world = make_world(Channel(shape, spare), seed, RADIUS)
+    world = make_world(Channel(shape, spare), 0, RADIUS)
     half = RADIUS + spare
     places, direction = placed(_make_middle_line(shape, length, lanes, 2.0 * half + wall), world)
     np.testing.assert_allclose(places[[0, -1]], (world.start[:2], world.goal), atol=1e-9)
@@ -53,7 +52,7 @@ def corners(places: np.ndarray, direction: np.ndarray) -> np.ndarray:
     return places[np.concatenate(([0], turns, [len(places) - 1]))]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_any_channel_is_solvable_and_its_walls_close_it(seed):
     world = make_world(Channel(), seed, RADIUS)
     length, path = find_shortest_path(world, RADIUS + 0.02, 0.02)

@@ -10,7 +10,7 @@ from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
 TIMES = np.arange(0.0, 200.0, 0.05)
-WORLDS = [(Crowd(), seed) for seed in range(4)] + [(Crowd(width=20.0), seed) for seed in range(4)]
+WORLDS = [(Crowd(), seed) for seed in range(2)] + [(Crowd(width=20.0), seed) for seed in range(2)]
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
