@@ -55,10 +55,12 @@ class Space(NamedTuple):
     """Where the footprint may move, for compiled functions.
 
     Attributes:
-        surfaces, looks: what the certificate knows.
-        bare: the surfaces alone.
+        surfaces: what the last scan hit, and what hides space from it.
+        views: those before.
+        bare: the surfaces alone, which hide nothing.
         body: the robot.
         discs: shape (k, 4), that cover it: centre, radius, and that of the disc within the footprint; robot's frame, m.
+        inner_radius: of the largest disc about the robot's axis within the footprint, m.
         margin: that it keeps, m.
         clear: distance from the centre of each cell to the nearest surface, up to what matters, shape (SIDE, SIDE), m;
             NaN out of reach.
@@ -70,9 +72,24 @@ class Space(NamedTuple):
     bare: Chords
     body: Body
     discs: np.ndarray
+    inner_radius: float
     margin: float
     clear: np.ndarray
     grid: tuple[float, float, float]
+
+
+class Primitives(NamedTuple):
+    """The moves that are tried, see `Base.motion_primitives`.
+
+    Attributes:
+        usual: from all poses, shape (n, 5).
+        first: shorter ones, from the starts alone, shape (m, 5).
+        turn_cost: that of a turn at least, m/rad.
+    """
+
+    usual: np.ndarray
+    first: np.ndarray
+    turn_cost: float
 
 
 def search_poses(
@@ -95,45 +112,62 @@ def search_poses(
         seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
             later moves will have been looked at by then.
     """
-    cell, polygons = CELL * footprint.radius, footprint.polygons
+    space = _make_space(start, footprint, margin, *seen)
+    primitives = _make_primitives(motion_primitives)
+    here, way_in = np.array(((*start, 0.0, 0.0),)), np.zeros((0, 4))
+    if not goals[:, 3].any():
+        way_out = _find_way(goals, here, primitives, space, leaves=True)
+        if not len(way_out):
+            return way_out
+        way_in = np.column_stack((way_out[-2::-1, :3], -way_out[:0:-1, 3]))
+        goals = np.array(((*way_out[-1, :3], 0.0, 0.0),))
+    way = _find_way(here, goals, primitives, space, leaves=False)
+    return np.vstack((way[1:], way_in)) if len(way) else way
+
+
+def _make_space(start: np.ndarray, footprint: Footprint, margin: float, surfaces: Chords, views: ViewArrays) -> Space:
+    """Return where a footprint may move around a start; arguments as of `search_poses`."""
+    cell = CELL * footprint.radius
     grid = (float(start[0]) - AROUND * cell, float(start[1]) - AROUND * cell, cell)
-    places = np.vstack((footprint.cover, np.zeros(2)))
-    within = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
-    inner = np.max([part.min(axis=1) for part in within], axis=0)
-    discs = np.column_stack((footprint.cover, np.full(len(footprint.cover), footprint.cover_radius), inner[:-1]))
-    (surfaces, views), none = seen, np.zeros(len(seen[0].ends), np.bool_)
-    solid = surfaces.is_surface
-    bare = Chords(surfaces.ends[solid], solid[solid], none[solid], surfaces.center)
-    spot = (motion_primitives[:, 4] == 0.0).any()
-    bends = [(a, a, b, max(a, b), 1.0) for a in FIRST_SHARES for b in (FIRST_SHARES if spot else (a,))]
-    parts = np.vstack([motion_primitives * bend for bend in bends])
+    cover, hides_nothing = footprint.cover, np.zeros(np.count_nonzero(surfaces.is_surface), np.bool_)
+    inner_radii = _measure_inner_radii(footprint, np.vstack((cover, np.zeros(2))))
+    discs = np.column_stack((cover, np.full(len(cover), footprint.cover_radius), inner_radii[:-1]))
+    bare_ends = surfaces.ends[surfaces.is_surface]
+    bare = Chords(bare_ends, ~hides_nothing, hides_nothing, surfaces.center)
+    farthest = footprint.cover_radius + margin + 2.0 * cell
+    chords = np.column_stack((bare_ends, hides_nothing))
+    clear = measure_capsule_distances(np.array(grid[:2]), (SIDE, SIDE), cell, farthest, chords)
+    clear[~IN_REACH] = np.nan
+    return Space(surfaces, views, bare, footprint.body, discs, inner_radii[-1], margin, clear, grid)
+
+
+def _measure_inner_radii(footprint: Footprint, places: np.ndarray) -> np.ndarray:
+    """Return the radii of the largest discs about places (n, 2) within the footprint, shape (n,), m."""
+    polygons = footprint.polygons
+    depths = np.split(polygons.offsets - places @ polygons.normals.T, polygons.ends[:-1], axis=1)
+    return np.max([part.min(axis=1) for part in depths], axis=0)
+
+
+def _make_primitives(motion_primitives: np.ndarray) -> Primitives:
+    """Return the primitives of a base with the shorter ones that are tried from the start."""
+    turns_on_the_spot = (motion_primitives[:, 4] == 0.0).any()
+    shares = [(a, a, b, max(a, b), 1.0) for a in FIRST_SHARES for b in (FIRST_SHARES if turns_on_the_spot else (a,))]
     turning = motion_primitives[motion_primitives[:, 2] != 0.0]
     turn_cost = float((turning[:, 3] / abs(turning[:, 2])).min())
-    chords = np.column_stack((bare.ends, none[solid]))
-    clear = measure_capsule_distances(
-        np.array(grid[:2]), (SIDE, SIDE), cell, footprint.cover_radius + margin + 2.0 * cell, chords
-    )
-    clear[~IN_REACH] = np.nan
-    space = Space(surfaces, views, bare, footprint.body, discs, margin, clear, grid)
+    return Primitives(motion_primitives, np.vstack([motion_primitives * share for share in shares]), turn_cost)
 
-    def way(starts: np.ndarray, ends: np.ndarray, leaves: bool) -> np.ndarray:
-        to_go = _compute_costs_to_go(clear, inner[-1] - OFF_CENTRE * cell, ends, grid)
-        nodes, parents, last = _expand_poses(starts, ends, (motion_primitives, parts), to_go, turn_cost, space, leaves)
-        poses = []
-        while last >= 0:
-            poses.append(nodes[last])
-            last = parents[last]
-        return np.array(poses[::-1]).reshape(-1, 4)
 
-    here, into = np.array(((*start, 0.0, 0.0),)), np.zeros((0, 4))
-    if not goals[:, 3].any():
-        out = way(goals, here, True)
-        if not len(out):
-            return out
-        into = np.column_stack((out[-2::-1, :3], -out[:0:-1, 3]))
-        goals = np.array(((*out[-1, :3], 0.0, 0.0),))
-    there = way(here, goals, False)
-    return np.vstack((there[1:], into)) if len(there) else there
+def _find_way(
+    starts: np.ndarray, goals: np.ndarray, primitives: Primitives, space: Space, *, leaves: bool
+) -> np.ndarray:
+    """Return the poses (k, 4) of the cheapest way from some starts to some goals; arguments as of `_expand_poses`."""
+    cost_to_go = _compute_costs_to_go(space, goals)
+    nodes, parents, last = _expand_poses(starts, goals, primitives, cost_to_go, space, leaves)
+    poses = []
+    while last >= 0:
+        poses.append(nodes[last])
+        last = parents[last]
+    return np.array(poses[::-1]).reshape(-1, 4)
 
 
 @kernel
@@ -143,11 +177,12 @@ def _cell(x, y, grid):
 
 
 @kernel
-def _compute_costs_to_go(clear, radius, goals, grid):
-    """Return the costs of the shortest ways of a disc to a goal, m, by `Space.clear`.
+def _compute_costs_to_go(space, goals):
+    """Return the costs from each cell of the shortest way to a goal of the disc within the footprint, (SIDE, SIDE), m.
 
     What it costs to end at a goal counts, too.
     """
+    grid, radius = space.grid, space.inner_radius - OFF_CENTRE * space.grid[2]
     out = np.full((SIDE, SIDE), np.inf)
     queue = [(0.0, 0, 0)]
     queue.pop()
@@ -163,7 +198,7 @@ def _compute_costs_to_go(clear, radius, goals, grid):
         for a in range(max(i - 1, 0), min(i + 2, SIDE)):
             for b in range(max(j - 1, 0), min(j + 2, SIDE)):
                 there = cost + grid[2] * math.hypot(a - i, b - j)
-                if there < out[a, b] and clear[a, b] > radius:
+                if there < out[a, b] and space.clear[a, b] > radius:
                     out[a, b] = there
                     heapq.heappush(queue, (there, a, b))
     return out
@@ -242,20 +277,27 @@ def _compute_turn_to_go(yaw, goals, turn_cost):
 
 
 @kernel
-def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
+def _add_shot(nodes, parents, count, n, goal, heading, gear):
+    """Add the three poses of a straight way from pose n to a goal: after the turn, the drive, and the last turn."""
+    put(nodes, count, (nodes[n, 0], nodes[n, 1], heading, 0.0))
+    put(nodes, count + 1, (goal[0], goal[1], heading, gear))
+    put(nodes, count + 2, (goal[0], goal[1], heading + wrap_angle(goal[2] - heading), 0.0))
+    parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
+
+
+@kernel
+def _expand_poses(starts, goals, primitives, cost_to_go, space, leaves):
     """Return the poses that were reached, the predecessor of each, and the last one of the way; -1 without a way.
 
-    `starts` (m, 5) are as goals, with what it costs to begin there; `moves` those that are tried from all poses, and
-    those from the starts alone; `to_go` is the cost to go of each cell, and `turn_cost` that of a turn at least, m/rad.
-    A pose that is at a goal is queued once more, with what it costs to end there: it is the way's last one if it comes
-    first then.
+    `starts` (m, 5) are as goals, with what it costs to begin there; `cost_to_go` is that of each cell, m. A pose at a
+    goal is queued once more, with what it costs to end there: it is the way's last one if it comes first then.
 
     A way that `leaves` ends where the robot turns as it likes, too, and will be driven backwards.
     """
-    (usual, parts), cell = moves, space.grid[2]
+    usual, first_primitives, cell = primitives.usual, primitives.first, space.grid[2]
     shoots = (usual[:, 4] == 0.0).any()
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
-    room = MOST_CHECKS + len(starts) + len(usual) + len(parts) + 3
+    room = MOST_CHECKS + len(starts) + len(usual) + len(first_primitives) + 3
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
     queue, count, expanded, checks = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
     heapq.heapify(queue)
@@ -282,10 +324,7 @@ def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
                 shot, heading, more = _shoot_straight(first, last, space, leaves or n < len(starts))
                 checks += more
                 if shot != 0.0:
-                    put(nodes, count, (x, y, heading, 0.0))
-                    put(nodes, count + 1, (goal[0], goal[1], heading, -shot if leaves else shot))
-                    put(nodes, count + 2, (goal[0], goal[1], heading + wrap_angle(goal[2] - heading), 0.0))
-                    parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
+                    _add_shot(nodes, parents, count, n, goal, heading, -shot if leaves else shot)
                     heapq.heappush(queue, (ending + GREED * away, count + 2, True))
                     count += 3
         if leaves and shoots:
@@ -293,11 +332,11 @@ def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
             checks += more
             if free:
                 return nodes[:count], parents[:count], n
-        for m in range(len(usual) + (len(parts) if n < len(starts) else 0)):
-            move = usual[m] if m < len(usual) else parts[m - len(usual)]
+        for m in range(len(usual) + (len(first_primitives) if n < len(starts) else 0)):
+            move = usual[m] if m < len(usual) else first_primitives[m - len(usual)]
             px, py, turned = _after(x, y, yaw, move[0], move[1], move[2])
             i, j = _cell(px, py, space.grid)
-            if i < 0 or j < 0 or i >= SIDE or j >= SIDE or to_go[i, j] == np.inf:
+            if i < 0 or j < 0 or i >= SIDE or j >= SIDE or cost_to_go[i, j] == np.inf:
                 continue
             h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS
             cost = costs[n] + move[3] + (GEAR_COST * cell if gear * move[4] < 0.0 else 0.0)
@@ -313,7 +352,7 @@ def _expand_poses(starts, goals, moves, to_go, turn_cost, space, leaves):
             best[i, j, h] = min(best[i, j, h], cost)
             put(nodes, count, (px, py, turned, move[4]))
             parents[count], costs[count] = n, cost
-            left = max(to_go[i, j], _compute_turn_to_go(turned, goals, turn_cost))
+            left = max(cost_to_go[i, j], _compute_turn_to_go(turned, goals, primitives.turn_cost))
             heapq.heappush(queue, (cost + GREED * left, count, False))
             count += 1
     return nodes[:count], parents[:count], -1

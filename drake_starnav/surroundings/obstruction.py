@@ -32,46 +32,60 @@ def describe_obstruction(
     """
     if not surroundings.has_views:
         return ""
-    star, robot_radius = surroundings.certified_star, shape.cover_radius
-    hits, half_gaps = star.boundary
-    if not shape.is_disc and len(hits) and (footprint_text := _beside(star, scan, shape, pose)):
-        return footprint_text
-    samples = len(star.values)
+    star, cover_radius = surroundings.certified_star, shape.cover_radius
+    if not shape.is_disc and len(star.boundary.points):
+        nearest_text = _describe_hit_beside(star, scan, shape, pose)
+        if nearest_text:
+            return nearest_text
     turn_angle = (towards - scan.angle_min) % TURN
-    left_sample = int(turn_angle * samples / TURN) % samples
-    if min(star.values[left_sample], star.values[(left_sample + 1) % samples]) > SHORTEST_WAY * robot_radius:
-        return _moving(scan, robot_radius)
+    sample = int(turn_angle * len(star.values) / TURN) % len(star.values)
+    if min(star.values[sample], star.values[(sample + 1) % len(star.values)]) > SHORTEST_WAY * cover_radius:
+        return _describe_mover(scan, cover_radius)
     first, last = field_of_view(scan)
     if not first <= turn_angle <= last:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
             f"degrees; the way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
         )
-    offset = hits - star.center
-    distance, bearing = np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0
+    hit = _find_hit_ahead(star, turn_angle, cover_radius)
+    return _describe_mover(scan, cover_radius) if hit < 0 else _describe_hit_ahead(star, hit, scan, cover_radius)
+
+
+def _find_hit_ahead(star: CertifiedStar, turn_angle: float, cover_radius: float) -> int:
+    """Return which hit on the star's boundary ends the way at an angle from its first bearing, rad; -1: none does."""
+    distance, bearing = _find_boundary_polar(star)
     bearing_offset = np.mod(bearing - turn_angle + math.pi, TURN) - math.pi
-    kept_distance = np.hypot(star.radius, half_gaps)
+    kept_distance = np.hypot(star.radius, star.boundary.half_gaps)
     across = distance * np.abs(np.sin(bearing_offset))
     is_ahead = (across < kept_distance) & (np.abs(bearing_offset) < 0.5 * math.pi)
     way = distance * np.cos(bearing_offset) - np.sqrt(np.maximum(kept_distance**2 - across**2, 0.0))
-    is_ahead &= way < SHORTEST_WAY * robot_radius + kept_distance * TURN / samples
-    if not is_ahead.any():
-        return _moving(scan, robot_radius)
-    hit = int(np.argmin(np.where(is_ahead, np.abs(bearing_offset), math.inf)))
-    where = _describe_direction(float(bearing[hit]) + scan.angle_min)
-    beam = round(float(bearing[hit] % TURN) / scan.angle_increment) % len(scan.ranges)
-    beam_text = "" if scan.merged else f" of beam {beam}"
+    is_ahead &= way < SHORTEST_WAY * cover_radius + kept_distance * TURN / len(star.values)
+    return int(np.argmin(np.where(is_ahead, np.abs(bearing_offset), math.inf))) if is_ahead.any() else -1
+
+
+def _find_boundary_polar(star: CertifiedStar) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far the hits on a star's boundary are from its centre, m, and their bearings from its first, rad."""
+    offset = star.boundary.points - star.center
+    return np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0
+
+
+def _describe_hit_ahead(star: CertifiedStar, hit: int, scan: LaserScan, cover_radius: float) -> str:
+    """Return what is said of a hit on the star's boundary, or of the lost beams that it stands for."""
+    distance, bearing = (each[hit] for each in _find_boundary_polar(star))
+    where = _describe_direction(float(bearing) + scan.angle_min)
+    beam = round(float(bearing % TURN) / scan.angle_increment) % len(scan.ranges)
     if scan.lost[beam]:
         return f"blind: {int(scan.lost.sum())} of {len(scan.lost)} beams are lost, also {where}"
-    is_measured = distance[hit] >= scan.range_min
-    nearest_text = f"at {distance[hit]:.3f} m" if is_measured else f"nearer than lidar.range_min {scan.range_min:g} m"
+    beam_text = "" if scan.merged else f" of beam {beam}"
+    is_measured, kept_distance = distance >= scan.range_min, math.hypot(star.radius, star.boundary.half_gaps[hit])
+    distance_text = f"at {distance:.3f} m" if is_measured else f"nearer than lidar.range_min {scan.range_min:g} m"
     return (
-        f"too near: a hit{beam_text} {nearest_text}, {where}; robot.radius {robot_radius:g} m with a safety margin of "
-        f"{star.radius - robot_radius:.3g} m keeps {kept_distance[hit]:.3f} m from it"
+        f"too near: a hit{beam_text} {distance_text}, {where}; robot.radius {cover_radius:g} m with a safety margin of "
+        f"{star.radius - cover_radius:.3g} m keeps {kept_distance:.3f} m from it"
     )
 
 
-def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
+def _describe_hit_beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.ndarray) -> str:
     """Return the hit that is nearest to a footprint, if the robot cannot come nearer; lost beams tell nothing."""
     points, margin = star.boundary.points, star.radius - shape.cover_radius
     hits, offset = transform_points(invert_pose(pose), points), points - star.center
@@ -91,15 +105,15 @@ def _beside(star: CertifiedStar, scan: LaserScan, shape: Footprint, pose: np.nda
     )
 
 
-def _moving(scan: LaserScan, robot_radius: float) -> str:
-    """Return the nearest obstacle that moves, if any is near."""
+def _describe_mover(scan: LaserScan, robot_radius: float) -> str:
+    """Return where the nearest obstacle that moves is, if any is near."""
     if not (scan.distances[scan.moving] <= AVOIDED * robot_radius).any():
         return ""
     return f"too near: an obstacle that moves, {describe_nearest(scan, scan.moving)}"
 
 
 def describe_nearest(scan: LaserScan, beams: np.ndarray) -> str:
-    """Say where the nearest is that some beams (n,), bool, have hit: its distance, m, and its bearing in S."""
+    """Return where the nearest is that some beams (n,), bool, have hit: its distance, m, and its bearing in S."""
     beam = int(np.argmin(np.where(beams, scan.distances, math.inf)))
     return f"at {scan.distances[beam]:.2f} m, {_describe_direction(scan.bearings[beam])}"
 
