@@ -54,9 +54,9 @@ class BaselineInput:
         distance = math.hypot(offset[0], offset[1])
         if distance < STANDING:
             return np.zeros(2)
-        left = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
-        most, slowdown = self.robot.max_speed, goal_slowdown(self.robot.limits)
-        return min(speed, most, slowdown * left + most / CREEP) / distance * offset
+        goal_distance = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
+        max_speed, slowdown = self.robot.max_speed, goal_slowdown(self.robot.limits)
+        return min(speed, max_speed, slowdown * goal_distance + max_speed / CREEP) / distance * offset
 
     def follow(self, velocity: np.ndarray, max_speed: float) -> Proposal:
         """The twist that turns towards a velocity (2,), W, and drives as fast, up to a speed, m/s."""

@@ -39,8 +39,8 @@ def compute_directional_mean(reference: np.ndarray, vectors: np.ndarray, weights
     Source: Huber, Billard and Slotine, RA-L 2019, as for `make_known_obstacles`.
     """
     length = np.hypot(*vectors.T)
-    counted = (weights > 0.0) & (length > 0.0)
-    units, shares = vectors[counted] / length[counted, None], weights[counted]
+    is_counted = (weights > 0.0) & (length > 0.0)
+    units, shares = vectors[is_counted] / length[is_counted, None], weights[is_counted]
     if len(shares) == 1 and shares[0] >= 1.0:
         return units[0]
     cosine, sine = units @ reference, reference[0] * units[:, 1] - reference[1] * units[:, 0]
@@ -112,8 +112,12 @@ def compute_dsm_velocity(
     radial[radial <= 0.0] *= 1.0 - influence[radial <= 0.0]
     across = directions[:, 0] * nominal_velocity[1] - directions[:, 1] * nominal_velocity[0]
     tangential, tangents = across / cosine * (1.0 + influence), np.column_stack((-normal[:, 1], normal[:, 0]))
-    modulated, weights = radial[:, None] * directions + tangential[:, None] * tangents, _compute_weights(gamma)
-    return weights @ np.hypot(*modulated.T) * compute_directional_mean(nominal_velocity / speed, modulated, weights)
+    modulated_vectors, weights = radial[:, None] * directions + tangential[:, None] * tangents, _compute_weights(gamma)
+    return (
+        weights
+        @ np.hypot(*modulated_vectors.T)
+        * compute_directional_mean(nominal_velocity / speed, modulated_vectors, weights)
+    )
 
 
 def _compute_reference_directions(offset: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -125,6 +129,6 @@ def _compute_reference_directions(offset: np.ndarray, normal: np.ndarray) -> np.
 
 def _compute_weights(gamma: np.ndarray) -> np.ndarray:
     """Shares ~ 1/(Gamma - 1); circles that are touched share everything equally."""
-    touched = gamma <= 1.0
-    weights = touched.astype(float) if touched.any() else 1.0 / (gamma - 1.0)
+    is_touched = gamma <= 1.0
+    weights = is_touched.astype(float) if is_touched.any() else 1.0 / (gamma - 1.0)
     return weights / weights.sum()

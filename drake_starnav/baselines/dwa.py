@@ -89,25 +89,28 @@ def _choose_best_twist(twist, goal, points, limits, radius):
 
     # No twist of this window goes farther before it stops, or cares for clearance beyond its limit.
     longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / braking, omega_max / alpha_max)))
-    near = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
+    near_points = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
 
     best, best_v, best_omega = -math.inf, 0.0, 0.0
     for i in range(SAMPLES[0]):
         v = v_low + (v_high - v_low) * i / (SAMPLES[0] - 1)
         for j in range(SAMPLES[1]):
             omega = omega_low + (omega_high - omega_low) * j / (SAMPLES[1] - 1)
-            held = PERIOD + 0.5 * max(v / braking, abs(omega) / alpha_max)
+            braking_time = PERIOD + 0.5 * max(v / braking, abs(omega) / alpha_max)
             clearance = math.inf  # a disc that turns on the spot covers no new ground
             if v > 0.0:
-                clearance = _compute_arc_clearance(near, omega / v, radius, v * held)
-                if v * held > clearance:
+                clearance = _compute_arc_clearance(near_points, omega / v, radius, v * braking_time)
+                if v * braking_time > clearance:
                     continue
-            turn, length = omega * held, v * held  # of the arc, from the origin along x
+            turn, length = omega * braking_time, v * braking_time  # of the arc, from the origin along x
             cosine, sine = math.cos(turn), math.sin(turn)
-            ahead, left = goal_ahead - length, goal_left
+            x_goal, y_goal = goal_ahead - length, goal_left
             if abs(turn) >= 1e-9:
-                ahead, left = goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn
-            error = abs(math.atan2(cosine * left - sine * ahead, cosine * ahead + sine * left))
+                x_goal, y_goal = (
+                    goal_ahead - length * sine / turn,
+                    goal_left - length * (1.0 - cosine) / turn,
+                )
+            error = abs(math.atan2(cosine * y_goal - sine * x_goal, cosine * x_goal + sine * y_goal))
             free = min(clearance, CLEARANCE_LIMIT) / CLEARANCE_LIMIT
             score = 1.0 - error / math.pi + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max
             if score > best:
@@ -115,19 +118,19 @@ def _choose_best_twist(twist, goal, points, limits, radius):
     if best > -math.inf:
         return best_v, best_omega
     stop_time = max(abs(v_now) / braking, abs(omega_now) / alpha_max)
-    kept = max(0.0, 1.0 - PERIOD / stop_time) if stop_time > 0.0 else 0.0
-    return max(kept * v_now, 0.0), kept * omega_now
+    kept_share = max(0.0, 1.0 - PERIOD / stop_time) if stop_time > 0.0 else 0.0
+    return max(kept_share * v_now, 0.0), kept_share * omega_now
 
 
 @kernel
-def _compute_arc_clearance(points, curvature, radius, enough):
-    """The way until a disc at the origin, on an arc along x, touches a point; less than `enough` ends the search."""
+def _compute_arc_clearance(points, curvature, radius, limit):
+    """The way until a disc at the origin, on an arc along x, touches a point; less than `limit` ends the search."""
     clearance = math.inf
     if abs(curvature) < STRAIGHT:
         for k in range(len(points)):
-            ahead, aside = points[k, 0], points[k, 1]
-            if abs(aside) < radius and ahead >= 0.0:
-                clearance = min(clearance, max(ahead - math.sqrt(radius * radius - aside * aside), 0.0))
+            x_point, y_point = points[k, 0], points[k, 1]
+            if abs(y_point) < radius and x_point >= 0.0:
+                clearance = min(clearance, max(x_point - math.sqrt(radius * radius - y_point * y_point), 0.0))
         return clearance
     turning = 1.0 / abs(curvature)
     side = math.copysign(1.0, curvature)
@@ -152,6 +155,6 @@ def _compute_arc_clearance(points, curvature, radius, enough):
         if angle < 0.0:
             angle += 2.0 * math.pi
         clearance = min(clearance, angle * turning)
-        if clearance < enough:
+        if clearance < limit:
             return clearance
     return clearance

@@ -52,8 +52,8 @@ class FoaBaseline:
     def propose(self, inputs: BaselineInput) -> Proposal:
         """The twist that follows `compute_foa_velocity`, or `compute_foa_cluster_velocity`, and its direction."""
         nominal, radius = inputs.compute_nominal_velocity(self.max_speed), inputs.robot.radius + self.margin
-        modulated = compute_foa_cluster_velocity if self.clusters else compute_foa_velocity
-        velocity = modulated(inputs.pose[:2], nominal, inputs.points, control_radius=radius)
+        modulate = compute_foa_cluster_velocity if self.clusters else compute_foa_velocity
+        velocity = modulate(inputs.pose[:2], nominal, inputs.points, control_radius=radius)
         return inputs.follow(velocity, self.max_speed)
 
 
@@ -74,13 +74,13 @@ def compute_foa_velocity(
     velocity, radius = nominal_velocity, control_radius
     speed = math.hypot(*velocity)
     directions, distances = _select_hits(position, points, radius)
-    away = -_compute_weights(distances, 1.0, math.inf) @ directions
-    m = math.hypot(*away)
-    if speed == 0.0 or m == 0.0 or away @ velocity >= 0.0:
+    vector_away = -_compute_weights(distances, 1.0, math.inf) @ directions
+    m = math.hypot(*vector_away)
+    if speed == 0.0 or m == 0.0 or vector_away @ velocity >= 0.0:
         return velocity.copy()
-    modulated = _modulate_vector(velocity, away / m, away / m, m)
-    length = math.hypot(*modulated)
-    return modulated * (speed / length) if length > min(speed, CREEP_SPEED) else modulated
+    modulated_vector = _modulate_vector(velocity, vector_away / m, vector_away / m, m)
+    length = math.hypot(*modulated_vector)
+    return modulated_vector * (speed / length) if length > min(speed, CREEP_SPEED) else modulated_vector
 
 
 def compute_foa_cluster_velocity(
@@ -113,47 +113,47 @@ def _around_clusters(
     """The modulated velocity; `labels` (n,) number the clusters of the points, -1 for none."""
     speed = math.hypot(*velocity)
     directions, distances = _select_hits(position, points, radius)
-    known = directions.any(axis=1)
-    if not known.any():
+    has_direction = directions.any(axis=1)
+    if not has_direction.any():
         return velocity.copy()
     shares = _compute_weights(distances, CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
 
     clusters = int(labels.max()) + 1
-    modulated, normals, weights = np.zeros((clusters + 1, 2)), np.zeros((clusters + 1, 2)), np.zeros(clusters + 1)
-    nearest_clustered = distances[known & (labels >= 0)].min(initial=math.inf)
-    near = (labels == -1) & known & (distances < nearest_clustered)
+    vectors, normals, weights = np.zeros((clusters + 1, 2)), np.zeros((clusters + 1, 2)), np.zeros(clusters + 1)
+    nearest_clustered = distances[has_direction & (labels >= 0)].min(initial=math.inf)
+    is_near = (labels == -1) & has_direction & (distances < nearest_clustered)
     for k in range(clusters + 1):  # the last one is what is in no cluster, but nearer
-        members = near if k == clusters else (labels == k) & known
+        members = is_near if k == clusters else (labels == k) & has_direction
         if k == clusters:
             shares[members] = _compute_weights(distances[members], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
-        away = -shares[members] @ directions[members]
-        m = math.hypot(*away)
+        vector_away = -shares[members] @ directions[members]
+        m = math.hypot(*vector_away)
         if m == 0.0:
             continue
-        normal = away / m
+        normal = vector_away / m
         reference = (
             normal
             if k == clusters
             else _compute_reference_direction(normal, position - points[labels == k].mean(axis=0), radius)
         )
-        modulated[k], normals[k], weights[k] = _modulate_vector(velocity / speed, normal, reference, m), normal, m
+        vectors[k], normals[k], weights[k] = _modulate_vector(velocity / speed, normal, reference, m), normal, m
     if weights[clusters] > 0.0 and clusters > 0:
         normals[clusters] = normals[clusters - 1]  # as in the published code
 
     if weights.sum() == 0.0:
         return velocity.copy()
     weights /= weights.sum()
-    scale = speed * _compute_slowdown(velocity, weights @ normals, distances[known].min(), 2.0 * radius + 1.0)
-    return scale * compute_directional_mean(velocity / speed, modulated, weights)
+    scale = speed * _compute_slowdown(velocity, weights @ normals, distances[has_direction].min(), 2.0 * radius + 1.0)
+    return scale * compute_directional_mean(velocity / speed, vectors, weights)
 
 
 def _select_hits(position: np.ndarray, points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors to the hits, and distances of the hits from the hull; a hit at the position gets 0 and +inf."""
     offset = points - position
     distance = np.hypot(*offset.T)
-    apart = distance > 0.0
-    directions = np.divide(offset, distance[:, None], out=np.zeros_like(offset), where=apart[:, None])
-    return directions, np.where(apart, distance - radius, math.inf)
+    is_apart = distance > 0.0
+    directions = np.divide(offset, distance[:, None], out=np.zeros_like(offset), where=is_apart[:, None])
+    return directions, np.where(is_apart, distance - radius, math.inf)
 
 
 def _compute_weights(distances: np.ndarray, length: float, limit: float) -> np.ndarray:
@@ -170,13 +170,13 @@ def _compute_stretching(m: float, leaving: float) -> tuple[float, float]:
     """Scales along and across the reference direction; `leaving` is the cosine of v to the normal, if positive."""
     root = math.sqrt(m)
     across = 1.0 + math.sin(0.5 * math.pi * root) if root < 1.0 else 2.0 * math.sin(0.5 * math.pi / root)
-    along = math.cos(0.5 * math.pi * root) if root < 2.0 else -1.0
+    scale_along = math.cos(0.5 * math.pi * root) if root < 2.0 else -1.0
     if leaving <= 0.0:
-        return along, across
+        return scale_along, across
     # Behind an obstacle both scales become one: the direction is kept.
     closeness = min(1.0, 1.0 / m)
     free = closeness * leaving + (1.0 - closeness * leaving) * across
-    both = closeness * free + (1.0 - closeness) * along
+    both = closeness * free + (1.0 - closeness) * scale_along
     return both, both
 
 
@@ -184,26 +184,26 @@ def _compute_reference_direction(normal: np.ndarray, offset: np.ndarray, radius:
     """The direction from a cluster's centre, turned towards the normal near the centre and at a large angle."""
     angle = math.atan2(normal[0] * offset[1] - normal[1] * offset[0], normal @ offset)
     if abs(angle) > MAX_REFERENCE_ANGLE:
-        folded = (math.pi - abs(angle)) / (math.pi - MAX_REFERENCE_ANGLE) * MAX_REFERENCE_ANGLE
-        angle = math.copysign(folded, angle)
+        folded_angle = (math.pi - abs(angle)) / (math.pi - MAX_REFERENCE_ANGLE) * MAX_REFERENCE_ANGLE
+        angle = math.copysign(folded_angle, angle)
     angle *= min(math.hypot(*offset) / radius, 1.0)
     return transform_points(np.array((0.0, 0.0, angle)), normal[None])[0]
 
 
 def _modulate_vector(vector: np.ndarray, normal: np.ndarray, reference: np.ndarray, m: float) -> np.ndarray:
     """E D E^-1 v, with E = [reference direction  tangent]; the tangent is the normal turned left."""
-    along, across = _compute_stretching(m, normal @ vector)
+    scale_along, scale_across = _compute_stretching(m, normal @ vector)
     det = reference @ normal  # cosine between reference and normal, at least cos(MAX_REFERENCE_ANGLE)
-    tangential = across * (reference[0] * vector[1] - reference[1] * vector[0]) / det
-    return along * (normal @ vector) / det * reference + tangential * np.array((-normal[1], normal[0]))
+    tangential = scale_across * (reference[0] * vector[1] - reference[1] * vector[0]) / det
+    return scale_along * (normal @ vector) / det * reference + tangential * np.array((-normal[1], normal[0]))
 
 
-def _compute_slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float, far: float) -> float:
+def _compute_slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float, far_distance: float) -> float:
     """The share of the speed that is kept near an obstacle with the mean normal n."""
     approach, length = float(velocity @ normal), math.hypot(*normal)
-    if approach > 0.0 or length < 1e-8 or distance >= far:
+    if approach > 0.0 or length < 1e-8 or distance >= far_distance:
         return 1.0
     if distance <= 0.0:
         return 0.0 if approach < -1e-3 else 1.0
-    power = ((far - distance) / distance * length) ** (1.0 / 3.0)
+    power = ((far_distance - distance) / distance * length) ** (1.0 / 3.0)
     return max(0.0, 1.0 + APPROACH_SLOWDOWN * approach) ** power

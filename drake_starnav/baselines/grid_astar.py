@@ -36,15 +36,15 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
         Way points, shape (k, 2), W, m: the farthest in straight reach, the cells after it, the goal. Empty: no way.
     """
     cell = CELL * radius
-    known = np.vstack((hits, position, goal))
-    origin = known.min(axis=0) - BORDER * radius
-    shape = np.ceil((known.max(axis=0) + BORDER * radius - origin) / cell).astype(int)
+    known_points = np.vstack((hits, position, goal))
+    origin = known_points.min(axis=0) - BORDER * radius
+    shape = np.ceil((known_points.max(axis=0) + BORDER * radius - origin) / cell).astype(int)
     centers = origin + cell * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
-    away = np.full(tuple(shape), np.inf)
+    hit_distances = np.full(tuple(shape), np.inf)
     if len(hits):
-        away, _ = cKDTree(hits).query(centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
-    soft = np.clip(1.0 - (away / radius - 1.0) / SOFT_ZONE, 0.0, 1.0)
-    weight = np.where(away < (1.0 - SLACK) * radius, 0.0, 10.0 * (1.0 + SOFT_COST * soft)).astype(np.uint8)
+        hit_distances, _ = cKDTree(hits).query(centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
+    soft = np.clip(1.0 - (hit_distances / radius - 1.0) / SOFT_ZONE, 0.0, 1.0)
+    weight = np.where(hit_distances < (1.0 - SLACK) * radius, 0.0, 10.0 * (1.0 + SOFT_COST * soft)).astype(np.uint8)
     weight[0] = weight[-1] = weight[:, 0] = weight[:, -1] = 0
     start, end = (np.rint((place - origin) / cell).astype(int) for place in (position, goal))
     cost = np.zeros(weight.shape, np.int32)

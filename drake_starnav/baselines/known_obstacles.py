@@ -54,8 +54,8 @@ def make_known_obstacles(
         at_wall = other >= count
         if at_wall.any():
             one, other = one[at_wall], other[at_wall]
-        along = 0.5 * (distance[one, other] + radii[one] - radii[other])
-        middle = centres[one] + (along / distance[one, other])[:, None] * offset[one, other]
+        middle_distance = 0.5 * (distance[one, other] + radii[one] - radii[other])
+        middle = centres[one] + (middle_distance / distance[one, other])[:, None] * offset[one, other]
         members = np.flatnonzero(group == k)
         references[members] = _find_nearest_inside(middle.mean(axis=0), centres[members], DEPTH * radii[members])
     return KnownObstacles(circles, references)
@@ -65,8 +65,8 @@ def _make_walls(bounds: tuple[float, float, float, float] | None) -> np.ndarray:
     if bounds is None:
         return np.zeros((0, 3))
     x0, y0, x1, y1 = bounds
-    x, y, far = 0.5 * (x0 + x1), 0.5 * (y0 + y1), WALL_RADIUS
-    return np.array([(x0 - far, y, far), (x1 + far, y, far), (x, y0 - far, far), (x, y1 + far, far)])
+    x, y, r = 0.5 * (x0 + x1), 0.5 * (y0 + y1), WALL_RADIUS
+    return np.array([(x0 - r, y, r), (x1 + r, y, r), (x, y0 - r, r), (x, y1 + r, r)])
 
 
 def _find_nearest_inside(point: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:

@@ -131,14 +131,14 @@ def show_progress_bar(label: str) -> Iterator[Callable[[float, float], None]]:
     with Progress(label) as bar:
         first = last = math.inf
 
-        def progress(now: float, limit: float) -> None:
+        def progress(current_time: float, limit: float) -> None:
             nonlocal first, last
-            if now <= last:  # a run begins
-                first = now
+            if current_time <= last:  # a run begins
+                first = current_time
                 bar.restart()
-            last = now
-            share = (now - first) / max(limit - first, 1e-9)
-            bar.show(share, f"{now:.1f} s of at most {limit:g} s")
+            last = current_time
+            share = (current_time - first) / max(limit - first, 1e-9)
+            bar.show(share, f"{current_time:.1f} s of at most {limit:g} s")
 
         yield progress
 

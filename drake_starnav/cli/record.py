@@ -209,19 +209,19 @@ def _choose_layers(run: Run, options: argparse.Namespace) -> frozenset[str] | No
 
 
 def _record_choice(
-    run: Run, html: Path, options: argparse.Namespace, shown: frozenset[str] | None
+    run: Run, html: Path, options: argparse.Namespace, layers: frozenset[str] | None
 ) -> tuple["RecordedRun", bool]:
     """Simulate and record; returns what was recorded, and whether the run repeats the given trial."""
     with show_progress_bar("driving") as progress:
         if run.log is not None:
             from drake_starnav.simulation.log_recording import record_log
 
-            return record_log(run.log, html, view=options.view, shown=shown), True
+            return record_log(run.log, html, view=options.view, shown=layers), True
         if options.compare:
             from drake_starnav.simulation.records import record_comparison
 
             recorded_run = record_comparison(
-                run.scenarios, run.seed, html, view=options.view, shown=shown, progress=progress
+                run.scenarios, run.seed, html, view=options.view, shown=layers, progress=progress
             )
             return recorded_run, True
         from drake_starnav.simulation.records import make_robots_record, record_robots
@@ -232,9 +232,9 @@ def _record_choice(
         ((method, scenario),) = run.scenarios.items()
         if scenario.robots:
             trials = run_robots(scenario, method=method, seed=run.seed, progress=progress)
-            recorded_run = record_robots(scenario, trials, run.seed, html, view=options.view, shown=shown)
+            recorded_run = record_robots(scenario, trials, run.seed, html, view=options.view, shown=layers)
             return recorded_run, run.state_hash in (None, make_robots_record(trials)["state_hash"])
-        recorder = Recorder(html, options.view, shown)
+        recorder = Recorder(html, options.view, layers)
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.recorded is not None
     return recorder.recorded, run.state_hash in (None, trial.state_hash)

@@ -130,10 +130,10 @@ class OdometryCheck:
         )
 
 
-def _match_step(keyframe: Keyframe, scan: LaserScan, driven: np.ndarray, error: OdometryError) -> np.ndarray | None:
+def _match_step(keyframe: Keyframe, scan: LaserScan, step: np.ndarray, error: OdometryError) -> np.ndarray | None:
     """Return how far the sensor came since a keyframe by its scan, as of `SeenStep`; None if that does not fit."""
     points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
-    way, turn = TRUSTED * math.hypot(driven[0], driven[1]), TRUSTED * abs(driven[2])
+    way, turn = TRUSTED * math.hypot(step[0], step[1]), TRUSTED * abs(step[2])
     deviation = np.array((way, way, turn)) + LEAST_DEVIATION
-    pose, share = align_pose(keyframe, points, compose_poses(keyframe.pose, driven), deviation, error)
+    pose, share = align_pose(keyframe, points, compose_poses(keyframe.pose, step), deviation, error)
     return np.array(find_pose_in_frame(keyframe.pose, pose)) if share >= GOOD_SHARE else None

@@ -115,7 +115,7 @@ def _fit_lines(points, increment, wrap, width):
 
 
 @kernel
-def align_points(points, guess, weight, known, sigma, gate, last_gate):
+def align_points(points, guess, weight, surfaces, sigma, gate, last_gate):
     """The pose (x, y, yaw) of points (k, 2) in the frame of known surfaces, near a guess, and the number of inliers.
 
     Gauss-Newton on the distances to the lines of the nearest known points, with Geman-McClure weights. Where all lines
@@ -124,7 +124,7 @@ def align_points(points, guess, weight, known, sigma, gate, last_gate):
     Args:
         points, guess: m, and m and rad.
         weight: shape (3,), inverse variances of the guess.
-        known: `Surfaces`.
+        surfaces: `Surfaces`.
         sigma: standard deviation of a point's distance from its line, m; an inlier is within three of them.
         gate, last_gate: points farther than this from all known points are ignored, at first and in the end, m.
     """
@@ -132,7 +132,7 @@ def align_points(points, guess, weight, known, sigma, gate, last_gate):
     inliers = 0
     for _ in range(15):
         h, g = np.diag(weight), weight * (pose - guess)
-        inliers = _add_points(h, g, points, pose, known, sigma, gate)
+        inliers = _add_points(h, g, points, pose, surfaces, sigma, gate)
         # The smallest eigenvalue belongs to the direction along the lines. Where the normals have less than a twentieth
         # of their weight in it, it is unobservable: their noise would always suggest zero motion.
         a, b, c = h[0, 0] - weight[0], h[0, 1], h[1, 1] - weight[1]
@@ -150,7 +150,7 @@ def align_points(points, guess, weight, known, sigma, gate, last_gate):
 
 
 @kernel
-def _add_points(h, g, points, pose, known, sigma, gate):
+def _add_points(h, g, points, pose, surfaces, sigma, gate):
     """Add the points' distances to their lines to the matrix (3, 3) and the gradient (3,); the number of inliers."""
     inliers = 0
     cosine, sine = math.cos(pose[2]), math.sin(pose[2])
@@ -158,11 +158,11 @@ def _add_points(h, g, points, pose, known, sigma, gate):
     for i in range(len(points)):
         rx, ry = points[i, 0] * cosine - points[i, 1] * sine, points[i, 0] * sine + points[i, 1] * cosine
         px, py = pose[0] + rx, pose[1] + ry
-        best = _find_nearest(known, px, py, gate)
-        if best < 0 or (known.normal[best, 0] == 0.0 and known.normal[best, 1] == 0.0):
+        best = _find_nearest(surfaces, px, py, gate)
+        if best < 0 or (surfaces.normal[best, 0] == 0.0 and surfaces.normal[best, 1] == 0.0):
             continue
-        nx, ny = known.normal[best]
-        residual = nx * (px - known.anchor[best, 0]) + ny * (py - known.anchor[best, 1])
+        nx, ny = surfaces.normal[best]
+        residual = nx * (px - surfaces.anchor[best, 0]) + ny * (py - surfaces.anchor[best, 1])
         inliers += abs(residual) < 3.0 * sigma
         w = (scale / (scale + residual * residual)) ** 2 / (sigma * sigma)
         j = nx, ny, ny * rx - nx * ry
@@ -174,16 +174,16 @@ def _add_points(h, g, points, pose, known, sigma, gate):
 
 
 @kernel
-def _find_nearest(known, x, y, gate):
+def _find_nearest(surfaces, x, y, gate):
     """The known point nearest to a place, found by its beam, or -1 if none is within the gate."""
-    n, turn, points, wrap = len(known.points), 2.0 * math.pi / known.increment, known.points, known.wrap
-    bearing = math.atan2(y, x) - known.angle_min
+    n, turn, points, wrap = len(surfaces.points), 2.0 * math.pi / surfaces.increment, surfaces.points, surfaces.wrap
+    bearing = math.atan2(y, x) - surfaces.angle_min
     if not 0.0 <= bearing < 2.0 * math.pi:
         bearing %= 2.0 * math.pi  # which takes longer than the rest
-    middle = int(round(bearing / known.increment))
+    middle = int(round(bearing / surfaces.increment))
     if not wrap and middle > 0.5 * (n + turn):
         middle -= int(turn)  # just before the first beam
-    reach = min(int(math.ceil(gate / max(math.hypot(x, y), gate) / known.increment)), n // 4)
+    reach = min(int(math.ceil(gate / max(math.hypot(x, y), gate) / surfaces.increment)), n // 4)
     first, last = middle - reach, middle + reach
     first, last = (first, last) if wrap else (max(first, 0), min(last, n - 1))
     best, nearest = -1, gate * gate
@@ -286,7 +286,7 @@ class ScanMap:
         return compose_poses(self.correction, pose)
 
 
-def match_scan(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
+def match_scan(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
     """The map with its correction updated by a new scan, and with the scan as a keyframe if it shows a new place.
 
     If no keyframe fits, the odometry is trusted.
@@ -294,31 +294,35 @@ def match_scan(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odo
     The scan is in S, which was at the pose `odometry` (x, y, yaw) in O when it was taken.
     """
     hit = scan.mappable_hits
-    if not known.keyframes:
+    if not scan_map.keyframes:
         travel = Travel(np.array(odometry, dtype=float))
-        first = Keyframe.of(scan, compose_poses(known.correction, odometry), travel, error)
-        return ScanMap((first,), first.pose[None, :2], known.correction, travel, scan.time)
-    step, unit = find_pose_in_frame(known.travel.pose, odometry), error.body
+        first = Keyframe.of(scan, compose_poses(scan_map.correction, odometry), travel, error)
+        return ScanMap((first,), first.pose[None, :2], scan_map.correction, travel, scan.time)
+    step, unit = find_pose_in_frame(scan_map.travel.pose, odometry), error.body
     way = math.hypot(step[0], step[1])
     if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or np.count_nonzero(hit) < 20:
-        return known
-    speed = np.array(step[:2]) / max(scan.time - known.time, 1e-9)
-    has_jumped = error.jump > 0.0 and np.hypot(*(speed - known.speed)) * (scan.time - known.time) > UNSEEN_JUMP * unit
+        return scan_map
+    speed = np.array(step[:2]) / max(scan.time - scan_map.time, 1e-9)
+    has_jumped = (
+        error.jump > 0.0 and np.hypot(*(speed - scan_map.speed)) * (scan.time - scan_map.time) > UNSEEN_JUMP * unit
+    )
     jump = error.jump if has_jumped or error.jump <= UNSEEN_JUMP * unit else 0.0
-    speed = known.speed if has_jumped else speed
+    speed = scan_map.speed if has_jumped else speed
     drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
     # m and rad; 0.0005 without faults
     deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
-    predicted_pose = compose_poses(known.correction, odometry)
-    travel = known.travel.extend(odometry, error.drift, jump)
+    predicted_pose = compose_poses(scan_map.correction, odometry)
+    travel = scan_map.travel.extend(odometry, error.drift, jump)
     points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
-    pose, share, used = predicted_pose, 0.0, known.last
-    near_places = _select_keyframes_in_view(known, scan, predicted_pose, unit)
-    for index in dict.fromkeys((*near_places[:2], known.last)):  # the oldest in view are tried before the last one used
+    pose, share, used = predicted_pose, 0.0, scan_map.last
+    near_places = _select_keyframes_in_view(scan_map, scan, predicted_pose, unit)
+    for index in dict.fromkeys(
+        (*near_places[:2], scan_map.last)
+    ):  # the oldest in view are tried before the last one used
         returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN))
-        keyframe = known.keyframes[index]
+        keyframe = scan_map.keyframes[index]
         found_pose, fits = align_pose(
-            keyframe, points, predicted_pose, deviation + (index < known.last) * returning, error
+            keyframe, points, predicted_pose, deviation + (index < scan_map.last) * returning, error
         )
         if not travel.can_have_made(keyframe.travel, find_pose_in_frame(keyframe.pose, found_pose), returning):
             continue
@@ -328,7 +332,7 @@ def match_scan(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odo
             break
     if share < POOR_SHARE:
         pose = predicted_pose
-    keyframes, places = known.keyframes, known.places
+    keyframes, places = scan_map.keyframes, scan_map.places
     place_distance = np.hypot(*(places - pose[:2]).T)
     if (place_distance[near_places] > SPACING * unit).all() or (
         share < GOOD_SHARE and place_distance[-1] > LEAST_SPACING * unit
@@ -339,9 +343,9 @@ def match_scan(known: ScanMap, scan: LaserScan, odometry: np.ndarray, error: Odo
     return ScanMap(keyframes, places, correction, travel, scan.time, speed, used)
 
 
-def _select_keyframes_in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:
+def _select_keyframes_in_view(scan_map: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:
     """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first; `unit` is in m."""
-    place_distance, beams = scan.polar(known.places, pose)
+    place_distance, beams = scan.polar(scan_map.places, pose)
     near_places = np.flatnonzero(place_distance <= REACH * unit)
     beam = np.rint(beams[near_places]).astype(np.int64)
     if scan.full_circle:
@@ -353,7 +357,7 @@ def _select_keyframes_in_view(known: ScanMap, scan: LaserScan, pose: np.ndarray,
 
 
 def align_pose(
-    keyframe: Keyframe, points: np.ndarray, predicted: np.ndarray, deviation: np.ndarray, error: OdometryError
+    keyframe: Keyframe, points: np.ndarray, guess: np.ndarray, deviation: np.ndarray, error: OdometryError
 ) -> tuple[np.ndarray, float]:
     """Pose in M at which a scan fits a keyframe best, near the pose predicted by odometry, and its share of inliers.
 
@@ -362,7 +366,7 @@ def align_pose(
     narrowest = NARROWEST_GATE * error.body
     pose, inliers = align_points(
         points,
-        np.array(find_pose_in_frame(keyframe.pose, predicted)),
+        np.array(find_pose_in_frame(keyframe.pose, guess)),
         1.0 / deviation**2,
         keyframe.surfaces,
         math.hypot(error.noise, SURFACE_ERROR * error.body),

@@ -31,7 +31,7 @@ class Surface(NamedTuple):
     color: tuple[float, ...] | None
 
 
-def read_mesh_triangles(data: bytes, suffix: str, beside: Beside = Path()) -> tuple[np.ndarray, np.ndarray]:
+def read_mesh_triangles(data: bytes, suffix: str, folder: Beside = Path()) -> tuple[np.ndarray, np.ndarray]:
     """The triangles of a file, in metres.
 
     As in Gazebo, `up_axis` of COLLADA is ignored; glTF is turned from y up to z up, as Drake does.
@@ -39,7 +39,7 @@ def read_mesh_triangles(data: bytes, suffix: str, beside: Beside = Path()) -> tu
     Args:
         data: content of the file.
         suffix: ".stl", ".dae", ".obj", ".gltf" or ".glb".
-        beside: the folder of the files that it names, or their contents.
+        folder: the folder of the files that it names, or their contents.
 
     Returns:
         vertices, shape (n, 3), each place once, and triangles, shape (m, 3), indices of vertices.
@@ -47,15 +47,15 @@ def read_mesh_triangles(data: bytes, suffix: str, beside: Beside = Path()) -> tu
     Raises:
         StarnavError: the file is broken or empty; the caller adds its name.
     """
-    mesh = _read_scene(data, suffix, beside).to_mesh()
+    mesh = _read_scene(data, suffix, folder).to_mesh()
     vertices, index = np.unique(mesh.vertices[mesh.faces].reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, index.reshape(-1, 3)
 
 
-def read_mesh_surfaces(data: bytes, suffix: str, beside: Beside = Path()) -> list[Surface]:
+def read_mesh_surfaces(data: bytes, suffix: str, folder: Beside = Path()) -> list[Surface]:
     """The same triangles, by their colours; of a texture its mean."""
     parts: dict[tuple[float, ...] | None, list[Any]] = {}
-    for mesh in _read_scene(data, suffix, beside).dump():
+    for mesh in _read_scene(data, suffix, folder).dump():
         look, color = mesh.visual, None
         if look.defined:
             look = look.to_color() if look.kind == "texture" else look
@@ -69,7 +69,7 @@ def read_mesh_surfaces(data: bytes, suffix: str, beside: Beside = Path()) -> lis
     return surfaces
 
 
-def _read_scene(data: bytes, suffix: str, beside: Beside) -> Any:
+def _read_scene(data: bytes, suffix: str, folder: Beside) -> Any:
     """The scene of a file; errors as of `read_mesh_triangles`."""
     import trimesh  # late: only worlds and robots with such meshes need it
 
@@ -78,7 +78,7 @@ def _read_scene(data: bytes, suffix: str, beside: Beside) -> Any:
     try:
         if suffix == ".gltf":
             json.loads(data)  # of which trimesh says that another file is missing
-        files = trimesh.resolvers.FilePathResolver(str(beside), True) if isinstance(beside, Path) else beside
+        files = trimesh.resolvers.FilePathResolver(str(folder), True) if isinstance(folder, Path) else folder
         with np.errstate(invalid="ignore"):  # what is not finite is refused below
             scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=files, process=False)
             meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
@@ -94,13 +94,13 @@ def _read_scene(data: bytes, suffix: str, beside: Beside) -> Any:
     return scene.apply_transform(Y_UP) if suffix in (".gltf", ".glb") else scene
 
 
-def _make_readable_color(found: re.Match[bytes]) -> bytes:
+def _make_readable_color(look: re.Match[bytes]) -> bytes:
     """Numbers of a look as they are, or white where one is none: a reader would give up the triangles as well."""
     try:
-        [float(word) for word in found[3].split()]
-        return found[0]
+        [float(word) for word in look[3].split()]
+        return look[0]
     except ValueError:
-        return found[1] + (b"1 1 1 1" if found[2] == b"color" else b"1")
+        return look[1] + (b"1 1 1 1" if look[2] == b"color" else b"1")
 
 
 def compute_depth_in_hull(vertices: np.ndarray, triangles: np.ndarray) -> float:

@@ -163,11 +163,11 @@ class Models:
                     link.remove(visual)
                     self.unseen.add(f"a look of link {link.get('name')} (a number is not finite)")
 
-    def _read_color(self, said: str, counts: tuple[int, ...]) -> str:
+    def _read_color(self, color_text: str, counts: tuple[int, ...]) -> str:
         """Return a colour as it is said; white for one of another count of numbers, or with others."""
-        if len(said.split()) in counts and all(0.0 <= _read_number(word) <= 1.0 for word in said.split()):
-            return said
-        self.unseen.add(f"colour {shown(said)} (allowed: {counts[-1]} numbers from 0 to 1)")
+        if len(color_text.split()) in counts and all(0.0 <= _read_number(word) <= 1.0 for word in color_text.split()):
+            return color_text
+        self.unseen.add(f"colour {shown(color_text)} (allowed: {counts[-1]} numbers from 0 to 1)")
         return "1 1 1 1"
 
     def _color_by_name(self, root: Element) -> None:

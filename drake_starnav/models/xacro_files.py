@@ -38,7 +38,7 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
         )
     package = str(Path(__file__).parents[2])
     run = subprocess.run(
-        [sys.executable, "-c", f"from {__name__} import _answer; _answer()"],
+        [sys.executable, "-c", f"from {__name__} import _answer_process; _answer_process()"],
         input=json.dumps([str(path), {name: _format_value(value) for name, value in arguments.items()}]).encode(),
         capture_output=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))},

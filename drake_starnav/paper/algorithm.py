@@ -36,7 +36,7 @@ STOP = Proposal(np.zeros(2), np.zeros(2))
 
 
 def perceive(
-    before: PerceptionState, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
+    state: PerceptionState, scans: Sequence[LaserScan], pose: np.ndarray, settings: PerceptionSettings
 ) -> PerceptionState:
     """Line 2: P <- fit piecewise polynomials to L; arguments as for `surroundings.perception.perceive`.
 
@@ -46,13 +46,14 @@ def perceive(
     if tuple(settings.mounts) != (ON_AXIS,):
         raise StarnavError(f"the paper's method with {len(scans)} lidars or one off the axis; allowed: one on the axis")
     (scan,) = scans
-    region, smoothed = make_traversable_region(scan, pose, settings.footprint.cover_radius), smooth_distances(scan)
-    points = scan.points_at(smoothed, scan.hits & (smoothed < choices.RANGE), pose)
+    region = make_traversable_region(scan, pose, settings.footprint.cover_radius)
+    distances = smooth_distances(scan)
+    points = scan.points_at(distances, scan.hits & (distances < choices.RANGE), pose)
     surroundings = replace_fields(
         Surroundings.unknown(),
         recent_hits=RecentHits(Hits(points)),
         time=scan.time,
-        previous_time=before.surroundings.time,
+        previous_time=state.surroundings.time,
     )
     view = View(scan, scan, ON_AXIS, pose, HitHistory(), settings.view_params)
     return PerceptionState(Observation(region, scan, pose), surroundings, (view,))
@@ -66,22 +67,24 @@ def plan(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     observation, p, p_goal = inputs.observation, inputs.position, inputs.goal
     if state.status is PlannerStatus.UNREACHABLE or observation.region is None:
         return state
-    now = note_progress(PaperState.of(state), inputs)  # line 9
+    paper = note_progress(PaperState.of(state), inputs)  # line 9
     while True:  # line 10; that p reaches p_goal ends the drive
-        arrived = len(now.route.path) > 0 and is_near(p, now.route.path[0], choices.ARRIVAL)  # p = p_sg
-        visited = np.flatnonzero([arrived and np.array_equal(c, now.route.path[0]) for c in now.roadmap.union.center])
-        if len(visited):  # "each time the robot reaches an unvisited node": this one was
-            now = dataclasses.replace(now, node=int(visited[0]))
-        elif not len(now.roadmap) or (arrived and not is_at_goal(now)) or now.update:  # line 11
-            now = delete_point(now, now.route.path[0]) if arrived else now  # it becomes the node
-            now = generate_roadmap(now, observation)  # line 12
-        places, reaches_goal = find_shortest_sequence(now, p, p_goal)  # line 13
-        now = replace_path(now, places, reaches_goal)
-        if not len(places) or is_feasible(now, observation, inputs.time):  # lines 14, 15 and 18
-            return now
-        now = delete_point(now, places[0])  # line 16
-        now = note_progress(
-            dataclasses.replace(now, route=Route(places[:0]), update=True), inputs, anew=True
+        is_there = len(paper.route.path) > 0 and is_near(p, paper.route.path[0], choices.ARRIVAL)  # p = p_sg
+        nodes = np.flatnonzero(
+            [is_there and np.array_equal(c, paper.route.path[0]) for c in paper.roadmap.union.center]
+        )
+        if len(nodes):  # "each time the robot reaches an unvisited node": this one was
+            paper = dataclasses.replace(paper, node=int(nodes[0]))
+        elif not len(paper.roadmap) or (is_there and not is_at_goal(paper)) or paper.update:  # line 11
+            paper = delete_point(paper, paper.route.path[0]) if is_there else paper  # it becomes the node
+            paper = generate_roadmap(paper, observation)  # line 12
+        places, reaches_goal = find_shortest_sequence(paper, p, p_goal)  # line 13
+        paper = replace_path(paper, places, reaches_goal)
+        if not len(places) or is_feasible(paper, observation, inputs.time):  # lines 14, 15 and 18
+            return paper
+        paper = delete_point(paper, places[0])  # line 16
+        paper = note_progress(
+            dataclasses.replace(paper, route=Route(places[:0]), update=True), inputs, anew=True
         )  # lines 17, 19
 
 
@@ -118,10 +121,10 @@ def is_at_goal(state: PaperState) -> bool:
 def replace_path(state: PaperState, places: np.ndarray, reaches_goal: bool) -> PaperState:
     """Return the state with a new path; without one the goal is unreachable."""
     status = PlannerStatus.APPROACHING if reaches_goal else PlannerStatus.EXPLORING
-    changed = not np.array_equal(places[:1], state.route.path[:1])
+    has_changed = not np.array_equal(places[:1], state.route.path[:1])
     return dataclasses.replace(
         state,
         status=status if len(places) else PlannerStatus.UNREACHABLE,
         route=Route(places, None if reaches_goal or not len(places) else np.vstack((places[-1], places[-1]))),
-        progress=state.progress._replace(plan_count=state.progress.plan_count + changed),
+        progress=state.progress._replace(plan_count=state.progress.plan_count + has_changed),
     )

@@ -62,8 +62,8 @@ def compute_vector_along(nearest: Nearest, vector: np.ndarray, guide: np.ndarray
 
     The boundary's normal at the nearest hit is p - p_n. As long as p~*.
     """
-    along = guide - (guide @ nearest.away) * nearest.away
-    return float(np.hypot(*vector)) * along / max(float(np.hypot(*along)), 1e-9)
+    tangential_part = guide - (guide @ nearest.away) * nearest.away
+    return float(np.hypot(*vector)) * tangential_part / max(float(np.hypot(*tangential_part)), 1e-9)
 
 
 def compute_vector_along_and_away(nearest: Nearest, vector: np.ndarray, guide: np.ndarray) -> np.ndarray:

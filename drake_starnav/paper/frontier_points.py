@@ -37,8 +37,8 @@ def identify_frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarr
     theta = np.where(wide, compute_mean_bearing(sides), frontier_bearing(sides)) + pose[2]
     distance = np.where(wide, choices.WIDE_SHARE * reach, np.hypot(*sides.midpoint.T))
     distance = np.minimum(distance, region.phi(theta) - choices.INSET)
-    found = region.center + distance[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
-    return found[distance > choices.ARRIVAL]
+    found_points = region.center + distance[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
+    return found_points[distance > choices.ARRIVAL]
 
 
 def find_side_points(scan: LaserScan, reach: float) -> SidePoints:
@@ -57,12 +57,12 @@ def find_side_points(scan: LaserScan, reach: float) -> SidePoints:
     labels = DBSCAN(eps=choices.EPS, min_samples=int(choices.MIN_SAMPLES)).fit(points).labels_
     bearing, points, labels = bearing[labels >= 0], points[labels >= 0], labels[labels >= 0]
     following = np.roll(points, -1, axis=0)
-    ends = (np.hypot(*(following - points).T) > choices.EPS) | (np.roll(labels, -1) != labels)
+    ends_cluster = (np.hypot(*(following - points).T) > choices.EPS) | (np.roll(labels, -1) != labels)
     if not scan.full_circle:
-        ends[-1:] = False
-    last = bearing[ends]
-    first = last + (np.roll(bearing, -1)[ends] - last) % (2.0 * math.pi)
-    return SidePoints(last, first, 0.5 * (points + following)[ends])
+        ends_cluster[-1:] = False
+    last = bearing[ends_cluster]
+    first = last + (np.roll(bearing, -1)[ends_cluster] - last) % (2.0 * math.pi)
+    return SidePoints(last, first, 0.5 * (points + following)[ends_cluster])
 
 
 def compute_mean_bearing(sides: SidePoints) -> np.ndarray:

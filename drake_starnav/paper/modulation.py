@@ -49,9 +49,9 @@ def compute_boundary_tangent(theta: float, phi: float, slope: float) -> np.ndarr
     theta-bar is the ratio itself, and the printed e = (cos, -sin) is no tangent.
     """
     across = slope * math.sin(theta) + phi * math.cos(theta)
-    along = slope * math.cos(theta) - phi * math.sin(theta)
-    length = math.hypot(along, across)
-    return np.array((along, across)) / length if length > 0.0 else np.array((-math.sin(theta), math.cos(theta)))
+    x_slope = slope * math.cos(theta) - phi * math.sin(theta)
+    length = math.hypot(x_slope, across)
+    return np.array((x_slope, across)) / length if length > 0.0 else np.array((-math.sin(theta), math.cos(theta)))
 
 
 def compute_eigenvalues(gamma: float) -> tuple[float, float]:
@@ -91,8 +91,8 @@ def modulate_vector(position: np.ndarray, vector: np.ndarray, regions: RegionUni
     As printed; the sum begins at the first region, not at the printed 0. Where no region contains p, p~ itself.
     """
     offset = position - regions.center
-    near = np.hypot(*offset.T) < regions.values.max(axis=1, initial=0.0)
-    levels = [evaluate_level(position, regions, k) for k in np.flatnonzero(near).tolist()]
+    is_near = np.hypot(*offset.T) < regions.values.max(axis=1, initial=0.0)
+    levels = [evaluate_level(position, regions, k) for k in np.flatnonzero(is_near).tolist()]
     levels = [each for each in levels if each.gamma > 1.0]
     if not levels:
         return vector

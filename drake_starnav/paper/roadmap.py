@@ -37,8 +37,8 @@ class PaperState(PlannerState):
 
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """Return a short line across the way to each frontier point, shape (n, 2, 2), W, m."""
-        away = self.points - self.roadmap.union.center[self.owners]
-        across = np.column_stack((-away[:, 1], away[:, 0])) / np.hypot(*away.T)[:, None]
+        offsets = self.points - self.roadmap.union.center[self.owners]
+        across = np.column_stack((-offsets[:, 1], offsets[:, 0])) / np.hypot(*offsets.T)[:, None]
         half = 0.5 * robot_radius * across
         return np.stack((self.points - half, self.points + half), axis=1)
 

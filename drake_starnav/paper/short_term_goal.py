@@ -25,24 +25,24 @@ def find_shortest_sequence(state: PaperState, position: np.ndarray, goal: np.nda
     """
     roadmap = state.roadmap
     centers, nodes = roadmap.union.center, len(roadmap)
-    inside = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
-    reaches_goal = len(inside) > 0
-    ends = np.repeat(goal[None, :], len(inside), axis=0) if reaches_goal else state.points
-    owners = inside if reaches_goal else state.owners
-    if not len(ends):
+    goal_nodes = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
+    reaches_goal = len(goal_nodes) > 0
+    end_points = np.repeat(goal[None, :], len(goal_nodes), axis=0) if reaches_goal else state.points
+    owners = goal_nodes if reaches_goal else state.owners
+    if not len(end_points):
         return Sequence(np.zeros((0, 2)), False)
-    places = np.vstack((position, centers, ends))  # vertices: the robot, then nodes, then ends
-    edges = np.vstack((1 + roadmap.edges, np.column_stack((1 + owners, 1 + nodes + np.arange(len(ends))))))
-    beside = edges[(edges == 1 + state.node).any(axis=1)]
-    own = np.where(beside == 1 + state.node, 0, beside)
+    places = np.vstack((position, centers, end_points))  # vertices: the robot, then nodes, then ends
+    edges = np.vstack((1 + roadmap.edges, np.column_stack((1 + owners, 1 + nodes + np.arange(len(end_points))))))
+    adjacent_edges = edges[(edges == 1 + state.node).any(axis=1)]
+    own = np.where(adjacent_edges == 1 + state.node, 0, adjacent_edges)
     edges = np.vstack((edges, own, (0, 1 + state.node)))
     lengths = np.hypot(*(places[edges[:, 0]] - places[edges[:, 1]]).T)
     graph = csr_array((np.maximum(lengths, 1e-9), edges.T), shape=(len(places), len(places)))
     distance, previous = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
-    beyond = distance[1 + nodes :] + np.hypot(*(ends - goal).T)
-    if not np.isfinite(beyond).any():
+    total_lengths = distance[1 + nodes :] + np.hypot(*(end_points - goal).T)
+    if not np.isfinite(total_lengths).any():
         return Sequence(np.zeros((0, 2)), False)
-    vertex, sequence = 1 + nodes + int(np.argmin(beyond)), []
+    vertex, sequence = 1 + nodes + int(np.argmin(total_lengths)), []
     while vertex != 0:
         sequence.append(vertex)
         vertex = int(previous[vertex])

@@ -66,11 +66,11 @@ def find_segment_breaks(samples, jump, change, shortest):
     for i in range(1, count):
         slope = math.atan2(samples[i] - samples[i - 1], step)
         jumps = abs(samples[i] - samples[i - 1]) > jump
-        turns = abs(slope - first) > change
-        if jumps or (turns and i - breaks[n - 1] >= shortest):
+        has_turned = abs(slope - first) > change
+        if jumps or (has_turned and i - breaks[n - 1] >= shortest):
             breaks[n] = i
             n += 1
-        if jumps or turns:
+        if jumps or has_turned:
             first = slope
     breaks[n] = count
     return breaks[: n + 1].copy()

@@ -55,14 +55,14 @@ def select_observed(log: Log, scenario: Scenario) -> Observed:
     rows: list[Odometry] = []
     commands: list[Told] = []
     took: list[float] = []
-    for (now, came, odometry, *_), command, sent in log.ticks:
-        took.append(sent)
-        for k, scan in filter(None, came):
-            lidars[k].append((now, scan))
+    for (current_time, arrived_scans, odometry, *_), command, delay in log.ticks:
+        took.append(delay)
+        for k, scan in filter(None, arrived_scans):
+            lidars[k].append((current_time, scan))
         for row in filter(None, odometry):
             if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
                 rows.append(row)
-        commands.append(Told.of(now, command.twist, scenario.robot.limits))
+        commands.append(Told.of(current_time, command.twist, scenario.robot.limits))
     least, scans = min(map(len, lidars)), tuple(map(tuple, lidars))
     if least < ENOUGH or len(rows) < ENOUGH:
         raise StarnavError(
@@ -71,15 +71,15 @@ def select_observed(log: Log, scenario: Scenario) -> Observed:
     return Observed(scenario, scans[0], tuple(rows), tuple(commands), tuple(took), scans, log.mounts)
 
 
-def estimate_lidar(logged: Observed) -> dict[str, float]:
+def estimate_lidar(log: Observed) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
-    times = np.array([scan.time for _, scan in logged.scans])
+    times = np.array([scan.time for _, scan in log.scans])
     several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
-    late = np.array([arrival_time - scan.time for arrival_time, scan in logged.scans])
-    last = logged.scans[-1][1]
-    ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
+    late = np.array([arrival_time - scan.time for arrival_time, scan in log.scans])
+    last = log.scans[-1][1]
+    ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last.ranges)])
     latest = float(np.quantile(late, 0.99))
-    wait = min(1.0 / logged.scenario.controller.rate, latest - float(late.min()))  # for a step: no delay of its own
+    wait = min(1.0 / log.scenario.controller.rate, latest - float(late.min()))  # for a step: no delay of its own
     turn = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
     return {
         "beams": len(last.ranges),
@@ -88,19 +88,19 @@ def estimate_lidar(logged: Observed) -> dict[str, float]:
         "range_min": round(last.range_min, 4),
         "range_max": round(last.range_max, 4),
         "rate": float(f"{several / np.median(times[several:] - times[:-several]):.3g}"),
-        "noise": _round_up(estimate_range_noise(logged)),
+        "noise": _round_up(estimate_range_noise(log)),
         "dropout": _round_up(float(np.isnan(ranges).mean())),
         "delay": _round_up(max(latest - wait, 0.0)),
     }
 
 
-def estimate_range_noise(logged: Observed) -> float:
+def estimate_range_noise(log: Observed) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
-    times = np.array([row.time for row in logged.rows])
-    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in logged.rows])
+    times = np.array([row.time for row in log.rows])
+    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in log.rows])
     still_scans: list[np.ndarray] = []
     best = math.nan
-    for _, scan in (*logged.scans, (0.0, None)):
+    for _, scan in (*log.scans, (0.0, None)):
         rows_around = (
             slice(0, 0) if scan is None else slice(*np.searchsorted(times, (scan.time - 0.2, scan.time + 0.2)))
         )
@@ -115,16 +115,16 @@ def estimate_range_noise(logged: Observed) -> float:
     return best
 
 
-def estimate_mask(logged: Observed) -> list[list[float]] | None:
+def estimate_mask(log: Observed) -> list[list[float]] | None:
     """Where the lidar sees the robot, as of `lidar.mask`; None: unknown, as the robot hardly moved."""
-    last, radius = logged.scans[-1][1], logged.scenario.robot.radius
-    if np.ptp([row[1:3] for row in logged.rows], axis=0).max() < 2.0 * radius:
+    last, radius = log.scans[-1][1], log.scenario.robot.radius
+    if np.ptp([row[1:3] for row in log.rows], axis=0).max() < 2.0 * radius:
         return None  # what stands about it looks the same
-    ranges = np.array([scan.ranges for _, scan in logged.scans if len(scan.ranges) == len(last.ranges)])
+    ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last.ranges)])
     hit = ranges < 1.5 * radius  # -inf included
     near_ranges = np.clip(ranges, 0.0, 1.5 * radius)
     spread = np.where(hit, np.abs(near_ranges - np.median(near_ranges, axis=0)), 0.0).max(axis=0)
-    noise = estimate_range_noise(logged)
+    noise = estimate_range_noise(log)
     own = (hit.mean(axis=0) > 0.9) & (spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
     half = 0.5 * last.angle_increment
@@ -133,15 +133,15 @@ def estimate_mask(logged: Observed) -> list[list[float]] | None:
     ).tolist()
 
 
-def estimate_drive(logged: Observed) -> dict[str, float]:
+def estimate_drive(log: Observed) -> dict[str, float]:
     """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
-    rows, delay = np.array(logged.rows), estimate_drive_delay(logged)
-    robot = logged.scenario.robot
+    rows, delay = np.array(log.rows), estimate_drive_delay(log)
+    robot = log.scenario.robot
     braking = max(robot.max_speed / robot.limits.max_deceleration, 0.5)
     lost_ways, stray_shares = [0.0], [0.0]
     for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
-        braking_rows = logged.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
-        asked_way, driven_way, time = compare_motion(logged.told, braking_rows, delay)
+        braking_rows = log.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
+        asked_way, driven_way, time = compare_motion(log.told, braking_rows, delay)
         way = math.hypot(*asked_way[:2])
         if time < 0.5 * braking:
             continue
@@ -152,8 +152,8 @@ def estimate_drive(logged: Observed) -> dict[str, float]:
     slip = max(float(np.quantile(lost_ways, 0.98)), 0.0)
     error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED, 0.0)
     explained_by_slip = slip * robot.max_speed * braking
-    delay = delay if delay > 1.0 / logged.scenario.controller.rate else 0.0  # a command is reached within its period
-    delay = max(delay, float(np.quantile(logged.took, 0.99)))
+    delay = delay if delay > 1.0 / log.scenario.controller.rate else 0.0  # a command is reached within its period
+    delay = max(delay, float(np.quantile(log.took, 0.99)))
     return {
         "delay": _round_up(delay),
         "slip": _round_up(slip, 0.01),
@@ -161,9 +161,9 @@ def estimate_drive(logged: Observed) -> dict[str, float]:
     }
 
 
-def estimate_drive_delay(logged: Observed) -> float:
+def estimate_drive_delay(log: Observed) -> float:
     """The delay with which the twist of the odometry follows the commanded one best, s."""
-    rows, commands = np.array(logged.rows), np.array(logged.told)
+    rows, commands = np.array(log.rows), np.array(log.told)
     measured_velocity = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
     scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
     tried_delays = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
@@ -176,17 +176,17 @@ def estimate_drive_delay(logged: Observed) -> float:
     return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
 
 
-def estimate_odometry_drift(logged: Observed) -> float:
+def estimate_odometry_drift(log: Observed) -> float:
     """Drift of the odometry that the first lidar's scans show, as of `localization.drift`; NaN if it hardly moved."""
-    scenario, times = logged.scenario, np.array([row.time for row in logged.rows])
+    scenario, times = log.scenario, np.array([row.time for row in log.rows])
     lidar, check, shares = scenario.all_lidars[0], OdometryCheck(), []
     error = describe_lidar_error(scenario)
-    for _, scan in logged.lidars[0]:
+    for _, scan in log.lidars[0]:
         k = int(np.searchsorted(times, scan.time))
-        pose = interpolate_pose(logged.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
+        pose = interpolate_pose(log.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
         if pose is None:
             continue
-        previous_check, check = check, check.add_scan(scan.masked(lidar.mask), pose, error, logged.mounts[0])
+        previous_check, check = check, check.add_scan(scan.masked(lidar.mask), pose, error, log.mounts[0])
         if check.steps is not previous_check.steps and len(check.steps) == KEPT_STEPS:
             difference = check.sum_differences()
             turning_share = difference.turned_off / difference.turned if difference.turned > LEAST_TURN else 0.0
@@ -227,9 +227,9 @@ def calibrate(log: Log, scenario: Scenario) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _make_lidar_section(logged: Observed) -> list[str]:
+def _make_lidar_section(log: Observed) -> list[str]:
     """What to declare of a lidar."""
-    values, mask = estimate_lidar(logged), estimate_mask(logged)
+    values, mask = estimate_lidar(log), estimate_mask(log)
     lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]
     if math.isnan(values["noise"]):
         lines.append("# noise: unknown, as the robot never stood for half a second: let it stand before it drives")

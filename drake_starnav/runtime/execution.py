@@ -107,7 +107,7 @@ def add_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Sc
     return replace(execution, scans=(*scans, latest), check=check)
 
 
-def judge_execution(execution: Execution, now: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
+def judge_execution(execution: Execution, time: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
     """Whether the base does what it is told until now, s; without odometry it is not known."""
     if execution.lasts or not rows:
         return execution
@@ -116,16 +116,16 @@ def judge_execution(execution: Execution, now: float, rows: Sequence[Odometry], 
             describe_not_executed(execution.told, rows, scenario),
             describe_disagreement(execution.check, scenario),
         )
-        must_wait = bool(failure or conflict) and now < execution.tried + AGAIN
+        must_wait = bool(failure or conflict) and time < execution.tried + AGAIN
         fault_lasts = must_wait or bool(failure) and is_pose_denied(execution.scans)
         return replace(execution, why=conflict or failure, is_lost=bool(conflict), lasts=fault_lasts)
     last, last_command = rows[-1], execution.told[-1][1:] if execution.told else ()
     if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *last_command)):
         return replace(execution, stands=math.inf)
-    standing_since = min(execution.stands, now)
+    standing_since = min(execution.stands, time)
     return (
-        Execution((), execution.scans, tried=now)
-        if now > standing_since + REST
+        Execution((), execution.scans, tried=time)
+        if time > standing_since + REST
         else replace(execution, stands=standing_since)
     )
 
@@ -161,16 +161,16 @@ def is_carried(execution: Execution) -> bool:
 
 
 def compare_motion(
-    told: Sequence[Told], rows: Sequence[Odometry], delay: float
+    commands: Sequence[Told], rows: Sequence[Odometry], delay: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """What was commanded and what was driven, each (ahead, aside, turned), m and rad, and the time of both, s.
 
     `delay` is that of a command's effect, s. The time is 0 where nothing can be compared.
     """
     nothing = np.zeros(3), np.zeros(3), 0.0
-    if len(told) < 2 or len(rows) < 2:
+    if len(commands) < 2 or len(rows) < 2:
         return nothing
-    orders, driven_rows = np.array(told), np.array(rows)
+    orders, driven_rows = np.array(commands), np.array(rows)
     times = driven_rows[:, 0]
     begin = max(times[-1] - WINDOW, orders[0, 0] + delay, times[0])
     driven_rows = driven_rows[np.searchsorted(times, begin) :]
@@ -187,10 +187,10 @@ def compare_motion(
     return asked_way, np.array((way_ahead.sum(), way_aside.sum(), turn.sum())), float(end - begin)
 
 
-def describe_not_executed(told: Sequence[Told], rows: Sequence[Odometry], scenario: Scenario) -> str:
+def describe_not_executed(commands: Sequence[Told], rows: Sequence[Odometry], scenario: Scenario) -> str:
     """What the base, or its odometry, does other than it is told; empty: nothing."""
     drive = scenario.drive
-    asked_way, driven_way, time = compare_motion(told, rows, drive.delay)
+    asked_way, driven_way, time = compare_motion(commands, rows, drive.delay)
     way, deviation = math.hypot(*asked_way[:2]), math.hypot(*(driven_way - asked_way)[:2])
     turn, driven_turn = asked_way[2], driven_way[2]
     if deviation > OFF + drive.error + (OFF_SHARE + drive.slip) * way:

@@ -126,9 +126,9 @@ class Intake:
         return dataclasses.replace(self, dropped=tuple(counts.items()), **changes)
 
 
-def restart_clock(intake: Intake, now: float) -> Intake:
+def restart_clock(intake: Intake, time: float) -> Intake:
     """The intake when the clock begins again: only the last pose stays, for where the odometry goes on from it."""
-    rows = tuple(row._replace(time=now - OLDEST) for row in intake.rows[-1:])
+    rows = tuple(row._replace(time=time - OLDEST) for row in intake.rows[-1:])
     return dataclasses.replace(Intake.empty(len(intake.newest)), rows=rows)
 
 
@@ -154,32 +154,32 @@ def make_canonical_scan(scan: LaserScan, **changes: float) -> LaserScan:
 
 
 def take_messages(
-    intake: Intake, now: float, scans: Iterable[Any], odometry: Iterable[Any], declared: Declared
+    intake: Intake, time: float, scans: Iterable[Any], odometry: Iterable[Any], lidars: Declared
 ) -> Intake:
-    """The intake with messages that came until `now`, s, whatever they hold; none is taken twice."""
+    """The intake with messages that came until `time`, s, whatever they hold; none is taken twice."""
     for row in odometry:
-        intake = _add_row(intake, now, row, declared)
+        intake = _add_row(intake, time, row, lidars)
     for item in scans:
         k, scan = item if isinstance(item, tuple) else (0, item)
-        intake = _add_scan(intake, now, k, scan, declared)
-    recent = tuple(row for row in intake.rows if row.time > now - KEPT) or intake.rows[-1:]
+        intake = _add_scan(intake, time, k, scan, lidars)
+    recent = tuple(row for row in intake.rows if row.time > time - KEPT) or intake.rows[-1:]
     return dataclasses.replace(intake, rows=recent)
 
 
-def _add_row(intake: Intake, now: float, row: Any, declared: Declared) -> Intake:
+def _add_row(intake: Intake, time: float, row: Any, declaration: Declared) -> Intake:
     try:
         row = Odometry(*map(float, row))
     except (TypeError, ValueError):
         return intake.count_drop("no odometry", bad_odometry=f"odometry is {type(row).__name__}, not an Odometry")
     if not all(map(math.isfinite, row)):
         return intake.count_drop("odometry that is not finite", bad_odometry="odometry is not finite")
-    if row.time > now + CLOCK:
-        text = f"odometry is stamped {row.time - now:.3g} s ahead of the clock"
+    if row.time > time + CLOCK:
+        text = f"odometry is stamped {row.time - time:.3g} s ahead of the clock"
         return intake.count_drop("odometry from the future", bad_odometry=text)
     last = intake.rows[-1] if intake.rows else None
     if last is not None and row.time <= last.time:
         return intake.count_drop("odometry twice or out of order")
-    if last is not None and not declared.jumps and (jump_text := _find_jump(last, row, declared.robot)):
+    if last is not None and not declaration.jumps and (jump_text := _find_jump(last, row, declaration.robot)):
         fresh = dataclasses.replace(Intake.empty(len(intake.newest)), newest=intake.newest, dropped=intake.dropped)
         return fresh.count_drop("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=jump_text)
     return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
@@ -202,25 +202,25 @@ def _find_jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
     return ""
 
 
-def _add_scan(intake: Intake, now: float, k: Any, scan: Any, declared: Declared) -> Intake:
-    if not isinstance(scan, LaserScan) or k not in range(len(declared.lidars)):
+def _add_scan(intake: Intake, time: float, k: Any, scan: Any, declaration: Declared) -> Intake:
+    if not isinstance(scan, LaserScan) or k not in range(len(declaration.lidars)):
         return _refuse_scan(intake, k, "no scan of a lidar", f"a scan is {type(scan).__name__} of lidar {k}")
-    lidar = declared.lidars[k]
+    lidar = declaration.lidars[k]
     scan = make_canonical_scan(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
     scan = scan.masked(lidar.mask) if lidar.mask else scan
-    if scan.time > now + CLOCK:
-        text = f"a scan is stamped {scan.time - now:.3g} s ahead of the clock"
+    if scan.time > time + CLOCK:
+        text = f"a scan is stamped {scan.time - time:.3g} s ahead of the clock"
         return _refuse_scan(intake, k, "scan from the future", text)
     if scan.time <= max([intake.newest[k], *(each.time for j, each in intake.waiting if j == k)]):
         return intake.count_drop("scan twice or out of order")
     if wrong := describe_false_scan(scan, lidar):
         return _refuse_scan(intake, k, "false scan", wrong)
     scan = within_range(scan, lidar)
-    close = [] if lidar.outliers else find_lone_close_hits(scan, declared.bodies[k]).tolist()
+    close = [] if lidar.outliers else find_lone_close_hits(scan, declaration.bodies[k]).tolist()
     scan = lose_beams(scan, close)
     for beam in close:
         intake = intake.count_drop(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
-    waiting, arrival_times = (*intake.waiting, (k, scan)), replace_item(intake.came, k, now)
+    waiting, arrival_times = (*intake.waiting, (k, scan)), replace_item(intake.came, k, time)
     return dataclasses.replace(
         intake, waiting=waiting, came=arrival_times, bad_scans=replace_item(intake.bad_scans, k, "")
     )
@@ -287,9 +287,9 @@ def interpolate_pose(rows: Sequence[Odometry], time: float, ahead: float) -> np.
     return np.array((a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * turn))
 
 
-def estimate_state(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
+def estimate_state(rows: Sequence[Odometry], time: float) -> np.ndarray | None:
     """(x, y, yaw, v, omega) now, as of `Robot`; None where the odometry is stale."""
-    pose = interpolate_pose(rows[-1:], max(now, rows[-1].time), PATIENCE) if rows else None
+    pose = interpolate_pose(rows[-1:], max(time, rows[-1].time), PATIENCE) if rows else None
     if pose is None:
         return None
     last = rows[-1]
@@ -297,13 +297,13 @@ def estimate_state(rows: Sequence[Odometry], now: float) -> np.ndarray | None:
     return np.array((*pose, speed, last.omega))
 
 
-def find_next_scan(intake: Intake, now: float) -> tuple[Intake, PosedScan | None]:
+def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | None]:
     """The scan that waits longest, with the pose at its stamp; None: not yet, or there is none."""
     while intake.waiting:
         k, scan = first = min(intake.waiting, key=lambda each: each[1].time)
         pose = interpolate_pose(intake.rows, scan.time, AHEAD)
         coming = not intake.rows or scan.time >= intake.rows[0].time
-        if pose is None and coming and now - scan.time < OLDEST:
+        if pose is None and coming and time - scan.time < OLDEST:
             break
         waiting = tuple(each for each in intake.waiting if each is not first)
         intake = dataclasses.replace(intake, waiting=waiting, newest=replace_item(intake.newest, k, scan.time))

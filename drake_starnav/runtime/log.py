@@ -119,9 +119,9 @@ class RunLog:
         self._begun = True
 
     def note(self, reading: Any, command: Command, took: float = 0.0) -> None:
-        """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
-        now, scans, odometry, goal, *reset = reading
-        at, arrivals = _to_nanoseconds(now), []
+        """What came, as of `Navigator.step`, what was commanded, and how long after `current_time` it was sent, s."""
+        current_time, scans, odometry, goal, *reset = reading
+        at, arrivals = _to_nanoseconds(current_time), []
         if not self._begun:
             self._begin(at)
         for item in scans:
@@ -137,11 +137,11 @@ class RunLog:
         for each, row in zip(odometry, rows, strict=True):
             if isinstance(each, Odometry) and None not in (row or [None]):
                 self._write_odometry(at, each)
-        velocity = Told.of(now, command.twist, self._navigator.actuation.limits)
+        velocity = Told.of(current_time, command.twist, self._navigator.actuation.limits)
         linear = {"x": velocity.ahead, "y": velocity.aside}
         self._add(TWIST, at, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
-            "now": _check_finite(now),
+            "now": _check_finite(current_time),
             "scans": arrivals,
             "odometry": rows,
             "goal": _make_row(goal),
@@ -152,8 +152,8 @@ class RunLog:
         self._write_json(
             TICK, at, tick | {"certified": command.certified, "status": command.status, "why": command.why}
         )
-        if not abs(now - self._shown) < SHOWN:
-            self._shown = now
+        if not abs(current_time - self._shown) < SHOWN:
+            self._shown = current_time
             self._show(at)
 
     def _write_odometry(self, at: int, row: Odometry) -> None:

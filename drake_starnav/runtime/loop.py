@@ -200,8 +200,8 @@ def _measure_scan_ages(reading: Reading, took: float) -> list[float]:
     return [age for age in ages if math.isfinite(age)]
 
 
-def _describe_slow_answer(answer: float, declared: float) -> str:
-    allowed_text = f"lidar.delay, drive.delay and a period allow {1e3 * declared:.0f} ms"
+def _describe_slow_answer(answer: float, declared_delay: float) -> str:
+    allowed_text = f"lidar.delay, drive.delay and a period allow {1e3 * declared_delay:.0f} ms"
     return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed_text}"
 
 

@@ -200,29 +200,29 @@ class Navigator:
         self._drive(command)
         return command
 
-    def _try_step(self, now: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any, reset: bool) -> Command:
-        if not math.isfinite(now):
-            return self._make_braking_command(f"now is {now}; allowed: finite, s")
+    def _try_step(self, time: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any, reset: bool) -> Command:
+        if not math.isfinite(time):
+            return self._make_braking_command(f"now is {time}; allowed: finite, s")
         period = self.actuation.hold
-        self._stalled = 0 if now > self._latest + LEAST_ADVANCE * period else self._stalled + 1
-        self._latest = max(now, self._latest)
-        if now < self._now - take.CLOCK:  # the clock begins again
-            self.intake, self._now, self._latest = take.restart_clock(self.intake, now), math.nan, now
+        self._stalled = 0 if time > self._latest + LEAST_ADVANCE * period else self._stalled + 1
+        self._latest = max(time, self._latest)
+        if time < self._now - take.CLOCK:  # the clock begins again
+            self.intake, self._now, self._latest = take.restart_clock(self.intake, time), math.nan, time
             self._begin()
-        elapsed_time, has_jumped = now - self._now, self.intake.jumped
-        self.intake = take.take_messages(self.intake, now, scans, odometry, self._declared)
+        elapsed_time, has_jumped = time - self._now, self.intake.jumped
+        self.intake = take.take_messages(self.intake, time, scans, odometry, self._declared)
         if reset:
             self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
         if self.intake.jumped > has_jumped and self._goal is not None:
             self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
         if math.isnan(elapsed_time):
-            self._origin = now - (self._tick + 0.5) * period
-        due = math.floor((now - self._origin) / period) + 1
+            self._origin = time - (self._tick + 0.5) * period
+        due = math.floor((time - self._origin) / period) + 1
         if due <= self._tick:  # the period has not passed
             if self._stalled > max(round(GAP / period), 2):
-                return self._make_braking_command(f"the clock stands at {now:.3f} s")
+                return self._make_braking_command(f"the clock stands at {time:.3f} s")
             return self._command
-        self._now = now
+        self._now = time
         self._broken |= due > self._tick + 1 and not math.isnan(elapsed_time)
         self._tick = due
         wrong = ""
@@ -230,25 +230,25 @@ class Navigator:
             self._take_goal(take.read_goal(goal))
         except StarnavError as error:
             self._goal, wrong = None, str(error)
-        state = take.estimate_state(self.intake.rows, now)
+        state = take.estimate_state(self.intake.rows, time)
         if state is not None and (self._blind or not elapsed_time < GAP):  # what was done meanwhile is not known
             self._execution = dataclasses.replace(self._execution, told=())
             self._command = self._command._replace(twist=self._measure_twist())
         self._blind = state is None
-        why = self._find_reason_to_brake(now, state, wrong)
+        why = self._find_reason_to_brake(time, state, wrong)
         if state is None:
             return self._make_braking_command(why)
         if (self.intake.jumped > self._forgotten or self._forget_reason) and not self._command.twist.any():
             self.intake = take.reset_beliefs(self.intake)
             self._begin()  # what was seen before lies elsewhere now
-        self._feed(now, state)
-        twist, certified, status, blocked = self._advance_diagram()
-        why = why or self._describe_missing_scan(now)
+        self._feed(time, state)
+        twist, is_certified, status, blocking_reason = self._advance_diagram()
+        why = why or self._describe_missing_scan(time)
         if why:
             return self._make_braking_command(why)
         if self._reached:
             return self._make_braking_command("")._replace(status="reached")
-        return Command(twist, certified, status, blocked)
+        return Command(twist, is_certified, status, blocking_reason)
 
     def _take_goal(self, goal: tuple[float, ...] | None) -> None:
         """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
@@ -267,10 +267,10 @@ class Navigator:
         ):
             self._dropped_goal = ""
 
-    def _describe_missing_scan(self, now: float) -> str:
+    def _describe_missing_scan(self, time: float) -> str:
         """What the lidars lack to drive by; empty: nothing."""
         k = int(np.argmin(self._seen))
-        age, time_since_scan = now - self._seen[k], now - self.intake.came[k]
+        age, time_since_scan = time - self._seen[k], time - self.intake.came[k]
         if age <= self._expiry:
             return ""
         which = f" of lidar {k}" if len(self._seen) > 1 else ""
@@ -284,33 +284,33 @@ class Navigator:
             return f"scans{which} are late: the newest is {age:.2f} s old; allowed: {self._expiry:.2f} s"
         return f"no scan{which} for {time_since_scan:.2f} s"
 
-    def _find_reason_to_brake(self, now: float, state: np.ndarray | None, wrong: str) -> str:
+    def _find_reason_to_brake(self, time: float, state: np.ndarray | None, wrong: str) -> str:
         """The first reason for which the robot must not drive; empty: none."""
         rows = self.intake.rows
         if state is None:
-            stale = f"no odometry for {now - rows[-1].time:.2f} s" if rows else "no odometry"
+            stale = f"no odometry for {time - rows[-1].time:.2f} s" if rows else "no odometry"
             return self.intake.bad_odometry or stale
         if self.intake.jumped > self._forgotten:
             return " and ".join(filter(None, (self.intake.bad_odometry or "the pose has jumped", self._dropped_goal)))
         if self._forget_reason:
             return self._forget_reason
         if is_carried(self._execution):
-            self._carried = now
+            self._carried = time
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
             self._begin()
         previous_execution, self._execution = (
             self._execution,
-            judge_execution(self._execution, now, rows, self.scenario),
+            judge_execution(self._execution, time, rows, self.scenario),
         )
         if previous_execution.is_lost and not self._execution.is_lost:  # and the robot stands
             self._begin()
         if why := self._execution.said or wrong or self._dropped_goal:
             return why
-        if now < self._carried + REST:
+        if time < self._carried + REST:
             return "scans and odometry disagree: the robot was carried, or what it sees has moved; the map is made anew"
         return self._no_goal if self._goal is None else ""
 
-    def _feed(self, now: float, state: np.ndarray) -> None:
+    def _feed(self, time: float, state: np.ndarray) -> None:
         """Put goal and state into the diagram, and let it process all scans that have a pose, one after the other."""
         context = self._simulator.get_mutable_context()
         if self._broken:
@@ -329,34 +329,34 @@ class Navigator:
             self._fix("goal", np.array(goal[:2]))
             self._fixed = True
         while True:
-            self.intake, posed_scan = take.find_next_scan(self.intake, now)
+            self.intake, posed_scan = take.find_next_scan(self.intake, time)
             if posed_scan is None:
                 break
             self._process(context, posed_scan)
 
-    def _process(self, context: Context, posed: PosedScan) -> None:
-        posed = self._drop_faulty_beams(posed)
-        scan = dataclasses.replace(posed.scan, time=posed.scan.time - self._origin)
-        self._fix(self._names[posed.lidar], Value(scan))
-        self._fix("scan_pose", posed.pose)
-        self._seen[posed.lidar] = posed.scan.time
-        if posed.lidar == 0:
-            self._execution = add_scan(self._execution, posed, self.mounts[0], self.scenario)
+    def _process(self, context: Context, posed_scan: PosedScan) -> None:
+        posed_scan = self._drop_faulty_beams(posed_scan)
+        scan = dataclasses.replace(posed_scan.scan, time=posed_scan.scan.time - self._origin)
+        self._fix(self._names[posed_scan.lidar], Value(scan))
+        self._fix("scan_pose", posed_scan.pose)
+        self._seen[posed_scan.lidar] = posed_scan.scan.time
+        if posed_scan.lidar == 0:
+            self._execution = add_scan(self._execution, posed_scan, self.mounts[0], self.scenario)
         next_context = context.Clone()
         self.diagram.CalcForcedUnrestrictedUpdate(context, next_context.get_mutable_state())
         context.SetTimeStateAndParametersFrom(next_context)
 
-    def _drop_faulty_beams(self, posed: PosedScan) -> PosedScan:
+    def _drop_faulty_beams(self, posed_scan: PosedScan) -> PosedScan:
         """The scan without what faulty beams alone hit; once a beam is found to be one, what was seen is forgotten."""
-        k, previous_beams = posed.lidar, self._beams[posed.lidar]
-        self._beams[k], scan = previous_beams.after(posed.scan, posed.pose, self.mounts[k])
+        k, previous_beams = posed_scan.lidar, self._beams[posed_scan.lidar]
+        self._beams[k], scan = previous_beams.after(posed_scan.scan, posed_scan.pose, self.mounts[k])
         for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(previous_beams.faulty)):
             which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
             self.intake = self.intake.count_drop(f"hits of {which} alone, wherever the robot turned")
             self._forget_reason = (
                 f"{which} errs: it alone hits something near, wherever the robot turns; the map is made anew"
             )
-        return posed._replace(scan=scan)
+        return posed_scan._replace(scan=scan)
 
     def _advance_diagram(self) -> tuple[np.ndarray, bool, str, str]:
         """Twist, whether it is certified, status and what blocks the robot, after the updates of this instant."""

@@ -100,6 +100,8 @@ class Base:
         self._ros.close()
 
 
-def make_header(make: Any, now: float, frame: str) -> Any:
+def make_header(make: Any, current_time: float, frame: str) -> Any:
     """The header of a message: its time, s, and the frame of what it holds."""
-    return make.Header(stamp=make.Time(sec=math.floor(now), nanosec=int(now % 1.0 * 1e9)), frame_id=frame)
+    return make.Header(
+        stamp=make.Time(sec=math.floor(current_time), nanosec=int(current_time % 1.0 * 1e9)), frame_id=frame
+    )

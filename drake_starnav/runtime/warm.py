@@ -100,12 +100,12 @@ def _ask_of_fast_motions(navigator: "Navigator", pose: np.ndarray) -> None:
                 each.accepts(motion)
 
 
-def _revise_roadmap(navigator: "Navigator", seen: Observation) -> None:
+def _revise_roadmap(navigator: "Navigator", observation: Observation) -> None:
     """Drop one region of a roadmap and cut back another, as where scans contradict them: few drives do."""
     radius, planner = navigator.scenario.robot.radius, navigator.scenario.planner
     margins = derive_margins(navigator.scenario, navigator.mounts)
-    region = make_scan_region(seen.scan, seen.pose, radius, margins)
-    node, roadmap = dataclasses.replace(seen, region=region), StarRoadmap.empty(planner, radius)
+    region = make_scan_region(observation.scan, observation.pose, radius, margins)
+    node, roadmap = dataclasses.replace(observation, region=region), StarRoadmap.empty(planner, radius)
     for _ in range(2):
         roadmap = add_node(roadmap, node, margins, radius)
     replace_regions(roadmap, [None, clear_region(region, region.outline()[:1], radius)], margins, radius)
@@ -121,18 +121,18 @@ def load_uncalled() -> None:
 
 
 def _make_scan(
-    rows: np.ndarray, pose: np.ndarray, lidar: LidarParameters, mount: Mount, now: float, lost: bool
+    rows: np.ndarray, pose: np.ndarray, lidar: LidarParameters, mount: Mount, time: float, loses_beams: bool
 ) -> LaserScan:
     """What a lidar sees of shapes, with a little noise."""
     view = mount.view(lidar.field_of_view)
     ranges = np.full(view.beams, math.inf)
     place = compose_poses(pose, (mount.x, mount.y, 0.0))
     cast_groups(tuple(Shapes.of([rows])), np.array([place]), tuple(Fan.regular(*view)), ranges, lidar.range_max)
-    ranges += 0.001 * np.sin(np.arange(view.beams) * (1.0 + now))
+    ranges += 0.001 * np.sin(np.arange(view.beams) * (1.0 + time))
     ranges[(ranges >= lidar.range_max)] = math.inf
     ranges[ranges < lidar.range_min] = -math.inf
     ranges = ranges[::-1] if mount.upside_down else ranges
-    if lost:
+    if loses_beams:
         ranges[::9] = math.nan
     fields = lidar.scan_fields
-    return LaserScan(now, ranges=ranges, **fields)
+    return LaserScan(time, ranges=ranges, **fields)

@@ -34,9 +34,9 @@ def move_directives(sections: dict[str, Any], place: str) -> None:
     world["directives"] = directives
 
 
-def _find_misplaced(place: str, beside: str) -> StarnavError:
+def _find_misplaced(place: str, sections: str) -> StarnavError:
     allowed_text = "beside world: !Model {start: [x, y, yaw], goal: [x, y]}"
-    return StarnavError(f"directives in {place} beside {beside}; allowed: {allowed_text}")
+    return StarnavError(f"directives in {place} beside {sections}; allowed: {allowed_text}")
 
 
 def make_paths_absolute(sections: dict[str, Any], folder: Path) -> None:

@@ -202,32 +202,32 @@ def _make_robot_section(robot: Scenario) -> Tagged:
     )
 
 
-def _make_lidar_sections(listed: Any, base: LidarParameters) -> dict[str, Any]:
+def _make_lidar_sections(lidar_parameters: Any, base: LidarParameters) -> dict[str, Any]:
     """The sections `lidar` and `lidars` of a scenario that lists lidars, each with the values of a base."""
-    if listed is None:
+    if lidar_parameters is None:
         return {}
-    if not isinstance(listed, list) or not listed:
-        raise StarnavError(f"lidars is {shown(listed)}; allowed: a list of mappings, one for each lidar")
-    lidars = tuple(build(LidarParameters, each, f"lidars[{k}]", base=base) for k, each in enumerate(listed))
+    if not isinstance(lidar_parameters, list) or not lidar_parameters:
+        raise StarnavError(f"lidars is {shown(lidar_parameters)}; allowed: a list of mappings, one for each lidar")
+    lidars = tuple(build(LidarParameters, each, f"lidars[{k}]", base=base) for k, each in enumerate(lidar_parameters))
     return {"lidar": lidars[0], "lidars": lidars}
 
 
-def _read_goals(listed: Any) -> tuple[tuple[float, ...], ...]:
-    if listed is None:
+def _read_goals(entries: Any) -> tuple[tuple[float, ...], ...]:
+    if entries is None:
         return ()
-    if not isinstance(listed, list) or not listed or not all(isinstance(goal, list) for goal in listed):
-        raise StarnavError(f"goals is {shown(listed)}; allowed: a list of [x, y] or [x, y, yaw]")
-    return tuple(map(tuple, listed))
+    if not isinstance(entries, list) or not entries or not all(isinstance(goal, list) for goal in entries):
+        raise StarnavError(f"goals is {shown(entries)}; allowed: a list of [x, y] or [x, y, yaw]")
+    return tuple(map(tuple, entries))
 
 
-def _read_zones(listed: Any) -> tuple[Any, ...]:
-    if listed is None:
+def _read_zones(entries: Any) -> tuple[Any, ...]:
+    if entries is None:
         return ()
     tags = ", ".join(f"!{name}" for name in ZONE_KINDS)
-    if not isinstance(listed, list):
-        raise StarnavError(f"zones is {shown(listed)}; allowed: a list of mappings tagged {tags}")
+    if not isinstance(entries, list):
+        raise StarnavError(f"zones is {shown(entries)}; allowed: a list of mappings tagged {tags}")
     zones = []
-    for k, entry in enumerate(listed):
+    for k, entry in enumerate(entries):
         kind = ZONE_KINDS.get(getattr(entry, "tag", ""))
         if kind is None:
             raise StarnavError(f"zones[{k}] is {shown(entry)}; allowed: a mapping tagged {tags}")

@@ -117,15 +117,15 @@ def make_watcher(
 ) -> Callable[[float, float], None]:
     """Report progress, a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
 
-    def watch(now: float, limit: float) -> None:
+    def watch(current_time: float, limit: float) -> None:
         if progress is not None:
-            progress(now, limit)
+            progress(current_time, limit)
         context = simulator.get_context()
         states, commands = (log.FindLog(context) for log in logs)
         check_drive(simulated(navigation.station), states.sample_times(), states.data().T, commands.data().T, slip=slip)
         reason = read_blocking_reason(navigation, context)
         if reason != (reports[-1][1] if reports else ""):
-            reports.append((now, reason))
+            reports.append((current_time, reason))
 
     return watch
 

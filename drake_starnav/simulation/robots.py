@@ -293,39 +293,39 @@ def _add_navigators(
 
 def _simulate_robots(
     simulator: Simulator,
-    driven: Sequence[DrivenRobot],
+    robots: Sequence[DrivenRobot],
     timeout: float,
     progress: Callable[[float, float], None] | None,
 ) -> str:
     watches = [
         make_watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None)
-        for each in driven
+        for each in robots
     ]
 
-    def watch(now: float, limit: float) -> None:
+    def watch(current_time: float, limit: float) -> None:
         for each in watches:
-            each(now, limit)
+            each(current_time, limit)
         if progress is not None:
-            progress(now, limit)
+            progress(current_time, limit)
 
     def arrived(context: Context) -> bool:
-        return all(np.isfinite(each.find_arrival_times(context)).all() or each.has_given_up(context) for each in driven)
+        return all(np.isfinite(each.find_arrival_times(context)).all() or each.has_given_up(context) for each in robots)
 
     return advance_until(simulator, timeout, watch, arrived)
 
 
-def _read_run(simulator: Simulator, driven: DrivenRobot, message: str, wall: float) -> Run:
+def _read_run(simulator: Simulator, robot: DrivenRobot, message: str, wall: float) -> Run:
     """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
     context = simulator.get_context()
-    times = driven.find_arrival_times(context)
-    touching = driven.monitor.describe_contacts(driven.monitor.GetMyContextFromRoot(context))
+    times = robot.find_arrival_times(context)
+    touching = robot.monitor.describe_contacts(robot.monitor.GetMyContextFromRoot(context))
     if np.isfinite(times).all():
         message = "reached"
-    elif driven.has_given_up(context):
+    elif robot.has_given_up(context):
         message = "unreachable"
     elif message != INTERRUPTED:
         message = TIMEOUT
     message = touching or message
-    run = read_run(simulator, driven.navigation, driven.logs[0], message, wall)
+    run = read_run(simulator, robot.navigation, robot.logs[0], message, wall)
     elapsed_time = float(times[-1]) if message == "reached" else run.elapsed
-    return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(driven.blocked))
+    return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(robot.blocked))

@@ -177,18 +177,18 @@ def advance_until(
     simulator: Simulator,
     timeout: float,
     progress: Callable[[float, float], None],
-    arrived: Callable[[Context], bool] = lambda _: False,
+    has_arrived: Callable[[Context], bool] = lambda _: False,
 ) -> str:
     """Run until something ends the trial, or the timeout, s, and return its message: it begins with the outcome.
 
     Args:
         simulator, timeout: of the diagram, and s.
         progress: called regularly with the simulated time and the time limit, s.
-        arrived: whether all is done, where no system of the diagram ends the run then.
+        has_arrived: whether all is done, where no system of the diagram ends the run then.
     """
     while True:
         current_time = simulator.get_context().get_time()
-        if arrived(simulator.get_context()):
+        if has_arrived(simulator.get_context()):
             return "reached"
         if current_time >= timeout - 1e-9:
             return TIMEOUT

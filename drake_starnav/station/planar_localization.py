@@ -29,20 +29,20 @@ DRIFT_PERIOD = 0.025
 """The believed pose takes up its error this often, s."""
 
 
-def add_drift(believed: np.ndarray, before: np.ndarray, now: np.ndarray, drift: float, seed: int) -> np.ndarray:
+def add_drift(estimate: np.ndarray, old_pose: np.ndarray, pose: np.ndarray, drift: float, seed: int) -> np.ndarray:
     """The believed pose after the robot went from one true pose to another, near it; (x, y, yaw) in W, m and rad.
 
     During a trial the error keeps one direction relative to the robot and one sign of the heading, so that it
     accumulates like that of a badly calibrated odometry.
 
-    It believed to be at `believed` at the true pose `before`. The error is a share of the distance travelled and of the
-    angle turned.
+    It believed to be at `estimate` at the true pose `old_pose`. The error is a share of the distance travelled and of
+    the angle turned.
     """
-    drift_along, drift_across, turn = find_pose_in_frame(before, now)
+    drift_along, drift_across, turn = find_pose_in_frame(old_pose, pose)
     direction, sign = _draw_drift_direction(seed)
     astray = drift * complex(drift_along, drift_across) * direction
     drift_along, drift_across = drift_along + astray.real, drift_across + astray.imag
-    return compose_poses(believed, (drift_along, drift_across, turn * (1.0 + drift * sign)))
+    return compose_poses(estimate, (drift_along, drift_across, turn * (1.0 + drift * sign)))
 
 
 @functools.lru_cache(maxsize=16)

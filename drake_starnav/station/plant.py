@@ -200,7 +200,7 @@ def make_simulator_config(settings: Mapping[str, Any], defaults: SimulatorConfig
     return _set_values(settings, defaults or SimulatorConfig(), "simulator_config", tried)
 
 
-def _set_values(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Callable[[Any], Any]) -> Any:
+def _set_values(mapping: Mapping[str, Any], defaults: Any, place: str, trial_target: Callable[[Any], Any]) -> Any:
     """A struct of Drake's with some values over its defaults; each is tried where nothing comes to harm."""
     if not mapping:
         return defaults
@@ -211,7 +211,7 @@ def _set_values(mapping: Mapping[str, Any], defaults: Any, place: str, tried: Ca
         if is_number(default_values[key]) and not (is_number(value) and LEAST.get(key, 0.0) <= value < math.inf):
             raise StarnavError(f"{place}.{key} is {shown(value)}; allowed: {LEAST.get(key, 0.0):g} <= x")
         try:
-            tried(yaml_load_typed(data=yaml_dump({key: value}), defaults=type(defaults)()))
+            trial_target(yaml_load_typed(data=yaml_dump({key: value}), defaults=type(defaults)()))
         except (RuntimeError, ValueError, TypeError, SystemExit) as error:  # the last is a failed assertion of Drake's
             raise StarnavError(
                 f"{place}.{key} is {shown(value)}; allowed: what Drake takes, which says: "

@@ -61,27 +61,27 @@ def _make_solids(shape: Footprint, name: str, low: float, high: float) -> list[t
 
 
 def find_protrusion(
-    robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform], declared: RobotParameters
+    robot: RobotModel, poses: Mapping[BodyIndex, RigidTransform], parameters: RobotParameters
 ) -> tuple[float, str]:
     """By how much a robot's links at their poses in base_link stick out of its footprint, m, and which of them.
 
     Links of `robot.overhangs` do not count.
     """
     parts_outside = [
-        (measure_protrusion(declared.shape, each.points[:2].T, each.grown), each.link.name())
+        (measure_protrusion(parameters.shape, each.points[:2].T, each.grown), each.link.name())
         for each in robot.find_extents(poses)
-        if each.floor is not True and each.link.name() not in declared.overhangs.split()
+        if each.floor is not True and each.link.name() not in parameters.overhangs.split()
     ]
     return max(parts_outside, default=(0.0, "base_link"))
 
 
-def find_overhang_faults(robot: RobotModel, declared: RobotParameters, floor: float) -> list[str]:
+def find_overhang_faults(robot: RobotModel, parameters: RobotParameters, floor: float) -> list[str]:
     """What is wrong with `robot.overhangs`; `floor`: its height in base_link, m."""
-    names, faults, top = [link.name() for link in robot.links], [], robot.top(declared.overhangs.split())
+    names, faults, top = [link.name() for link in robot.links], [], robot.top(parameters.overhangs.split())
     lowest: dict[str, float] = {}
     for each in robot.find_extents(robot.poses()):
         lowest[each.link.name()] = min(lowest.get(each.link.name(), np.inf), each.low - floor)
-    for name in declared.overhangs.split():
+    for name in parameters.overhangs.split():
         if name not in names:
             faults.append(f"it has no link {name}; allowed in robot.overhangs: {', '.join(names)}")
         elif lowest.get(name, np.inf) < top - TOLERANCE:
@@ -146,8 +146,8 @@ def _move_parts_outwards(root: ElementTree.Element, robot: RobotParameters, grow
     inertia, drawn_in = inertial.find("inertia"), 1.0
     assert inertia is not None
     about = {axis: float(inertia.get(axis, "0")) for axis in ("ixx", "iyy")}
-    for axis, before in about.items():
-        inertia.set(axis, repr(before + (growth**2 - 1.0) * max(about.values())))
+    for axis, previous_place in about.items():
+        inertia.set(axis, repr(previous_place + (growth**2 - 1.0) * max(about.values())))
     wheels = list(root.iterfind("joint"))
     for element in [each for each in base if each.tag in ("collision", "visual")]:
         share = _find_largest_share(robot.shape, growth, [(element, [element])])
@@ -183,15 +183,17 @@ def _refuse_size(robot: RobotParameters, link: str) -> NoReturn:
 
 
 def _find_largest_share(
-    shape: Footprint, most: float, placed: list[tuple[ElementTree.Element, list[ElementTree.Element]]]
+    shape: Footprint, limit: float, places: list[tuple[ElementTree.Element, list[ElementTree.Element]]]
 ) -> float | None:
     """The largest share of their distances from the axis to which elements can be moved so that all parts lie in a
     footprint."""
     prints = [
-        (read_pose(element).translation()[:2], *_find_floor_print(part)) for element, parts in placed for part in parts
+        (read_pose(element).translation()[:2], *_find_floor_print(part)) for element, parts in places for part in parts
     ]
-    for share in np.linspace(most, 0.0, 101):
-        if all(measure_protrusion(shape, points + share * place, grown) <= ROUNDING for place, points, grown in prints):
+    for share in np.linspace(limit, 0.0, 101):
+        if all(
+            measure_protrusion(shape, points + share * place, margin) <= ROUNDING for place, points, margin in prints
+        ):
             return float(share)
     return None
 

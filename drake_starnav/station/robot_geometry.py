@@ -235,9 +235,9 @@ def sample_outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tupl
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
 
 
-def inflate_points(points: np.ndarray, grown: float) -> np.ndarray:
+def inflate_points(points: np.ndarray, inflation: float) -> np.ndarray:
     """Corners of what contains all places so near to some points, shape (n, 3), m."""
-    return (points[:, None] + make_ball_vertices(np.full(3, grown))).reshape(-1, 3) if grown else points
+    return (points[:, None] + make_ball_vertices(np.full(3, inflation))).reshape(-1, 3) if inflation else points
 
 
 def find_massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> list[str]:

@@ -175,7 +175,7 @@ def read_own_shape(robot: RobotParameters) -> dict[str, Any]:
     return {"radius": RobotParameters.radius, "footprint": corners}
 
 
-def find_model_faults(robot: RobotModel, declared: RobotParameters, floor: float | None) -> Iterator[str]:
+def find_model_faults(robot: RobotModel, parameters: RobotParameters, floor: float | None) -> Iterator[str]:
     """What is wrong with a model in a plant not yet finalized, of the parameters that were declared.
 
     `floor`: its height in base_link, m; None if the model has no wheels.
@@ -187,30 +187,30 @@ def find_model_faults(robot: RobotModel, declared: RobotParameters, floor: float
         yield f"link {name} has no mass; allowed: <inertial> with a mass and an inertia"
     if not has_base:
         return
-    by, link = find_protrusion(robot, robot.poses(), declared)
+    by, link = find_protrusion(robot, robot.poses(), parameters)
     if by > TOLERANCE:
-        yield f"link {link} sticks out of {declared.said_of_shape} by {1e3 * by:.0f} mm; allowed: {HOLDS_ALL}"
-    yield from find_overhang_faults(robot, declared, 0.0 if floor is None else floor)
+        yield f"link {link} sticks out of {parameters.said_of_shape} by {1e3 * by:.0f} mm; allowed: {HOLDS_ALL}"
+    yield from find_overhang_faults(robot, parameters, 0.0 if floor is None else floor)
     if floor is None:
         return
     pushing_ability, turning_ability = find_drive_ability(robot)
     for name in ("max_acceleration", "max_deceleration"):
-        if pushing_ability < (asked_acceleration := getattr(declared, name)):
+        if pushing_ability < (asked_acceleration := getattr(parameters, name)):
             yield (
                 f"its wheels push it with at most {pushing_ability:.3g} m/s^2, and robot.{name} is "
                 f"{asked_acceleration:g} m/s^2; allowed: no "
                 "more, a larger effort of their joints, or less mass"
             )
-    top_acceleration, asked_acceleration = turning_ability / SPARE_GRIP, declared.max_yaw_acceleration
+    top_acceleration, asked_acceleration = turning_ability / SPARE_GRIP, parameters.max_yaw_acceleration
     fault_text = f"robot.max_yaw_acceleration is {asked_acceleration:g} rad/s^2"
-    if not declared.drive.turns_on_the_spot:  # it speeds up or brakes on its tightest circle, and steers
-        hardest = max(declared.limits.max_acceleration, declared.limits.max_deceleration)
-        asked_acceleration += hardest / declared.least_radius
+    if not parameters.drive.turns_on_the_spot:  # it speeds up or brakes on its tightest circle, and steers
+        hardest = max(parameters.limits.max_acceleration, parameters.limits.max_deceleration)
+        asked_acceleration += hardest / parameters.least_radius
         fault_text = (
             f"{asked_acceleration:.3g} rad/s^2 are asked of them, by {fault_text} and "
             "robot.max_acceleration or max_deceleration "
         )
-        fault_text += f"{hardest:g} m/s^2 on circles of robot.least_radius {declared.least_radius:g} m"
+        fault_text += f"{hardest:g} m/s^2 on circles of robot.least_radius {parameters.least_radius:g} m"
     if top_acceleration < asked_acceleration:
         yield (
             f"its wheels turn it with at most {top_acceleration:.3g} rad/s^2, and {fault_text}; allowed: no "

@@ -57,12 +57,12 @@ class _Span(NamedTuple):
     high: float
 
 
-def find_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
+def find_wheels(robot: RobotModel, joints: tuple[str, str]) -> Wheels:
     """The wheels of a model as it was read into a plant not yet finalized.
 
     Args:
         robot: as it was read.
-        given: names of the left and of the right joints, separated by spaces; empty where they are to be found: joints
+        joints: names of the left and of the right joints, separated by spaces; empty where they are to be found: joints
             that turn about y or -y, on no swivel, in pairs left and right, with shapes down to one floor. Of several
             such joints in a chain, as of a suspension, it is the last.
 
@@ -71,29 +71,31 @@ def find_wheels(robot: RobotModel, given: tuple[str, str]) -> Wheels:
     """
     turning = {each.name: each for each in _find_turning_joints(robot)}
     choice = f"robot.wheel_joints: [left, right] with two of {', '.join(turning) or 'the joints that turn about y'}"
-    if any(given):
-        left, right = (tuple(side.split()) for side in given)
-        missing = [name for name in (*left, *right) if name not in turning]
-        if missing or not (left and right):
+    if any(joints):
+        left_names, right_names = (tuple(side.split()) for side in joints)
+        missing = [name for name in (*left_names, *right_names) if name not in turning]
+        if missing or not (left_names and right_names):
             names = ", ".join(missing) or "on one side"
             raise ValueError(f"it has no joint{'s' * (len(missing) > 1)} {names} about y or -y; allowed: {choice}")
     else:
         pairs = _find_wheel_pairs([each for each in turning.values() if np.isfinite(each.low)])
         floor = min((end.low for pair in pairs for end in pair), default=0.0)
         pairs = [pair for pair in pairs if max(end.low for end in pair) <= floor + CASTER_CLEARANCE]
-        left, right = (tuple(pair[k].name for pair in pairs) for k in (0, 1))
+        left_names, right_names = (tuple(pair[k].name for pair in pairs) for k in (0, 1))
         if not pairs:
             raise ValueError(
                 "it has no two joints about y or -y, opposite each other, that carry collision shapes down to one "
                 f"floor; allowed: such wheels, or {choice}"
             )
-    (x, y, _), (x_right, y_right, _) = (np.mean([turning[name].place for name in side], 0) for side in (left, right))
+    (x, y, _), (x_right, y_right, _) = (
+        np.mean([turning[name].place for name in side], 0) for side in (left_names, right_names)
+    )
     if abs(x - x_right) > OPPOSITE or y <= y_right:
         raise ValueError(
-            f"joints {', '.join((*left, *right))} lie at x {x:g}, {x_right:g}, y {y:g}, {y_right:g} m of base_link; "
-            "allowed: opposite each other, the left ones at the larger y"
+            f"joints {', '.join((*left_names, *right_names))} lie at x {x:g}, {x_right:g}, y {y:g}, {y_right:g} m of "
+            "base_link; allowed: opposite each other, the left ones at the larger y"
         )
-    return Wheels(left, right, (0.5 * float(x + x_right), 0.5 * float(y + y_right)))
+    return Wheels(left_names, right_names, (0.5 * float(x + x_right), 0.5 * float(y + y_right)))
 
 
 def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float]) -> float:

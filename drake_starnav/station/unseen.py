@@ -56,12 +56,12 @@ def warn_of_unseen(
         _warn_of_shadows(world, robot, {name: by for name, by in beyond_sight.items() if by > UNSEEN})
 
 
-def _warn_of_shadows(world: World, robot: RobotInterface, hidden: dict[str, float]) -> None:
-    if not hidden:
+def _warn_of_shadows(world: World, robot: RobotInterface, hidden_shadows: dict[str, float]) -> None:
+    if not hidden_shadows:
         return
-    widest = sorted(hidden, key=hidden.__getitem__, reverse=True)
-    names = ", ".join(f"{name} (by {1e3 * hidden[name]:.0f} mm)" for name in widest[:MOST_NAMES])
-    more = f" and {len(hidden) - MOST_NAMES} more" if len(hidden) > MOST_NAMES else ""
+    widest = sorted(hidden_shadows, key=hidden_shadows.__getitem__, reverse=True)
+    names = ", ".join(f"{name} (by {1e3 * hidden_shadows[name]:.0f} mm)" for name in widest[:MOST_NAMES])
+    more = f" and {len(hidden_shadows) - MOST_NAMES} more" if len(hidden_shadows) > MOST_NAMES else ""
     heights = " and ".join(f"{height:.3g}" for height in sorted(set(robot.heights)))
     warnings.warn(
         f"world {world.name}: the robot, {robot.top:.3g} m high, may hit what its lidar at a height of {heights} m "

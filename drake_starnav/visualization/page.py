@@ -95,8 +95,8 @@ def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
     Args:
         caption: of the panel, with the rows of the legend, each of which hides or shows its layer.
     """
-    followed = cameras.followed.strip("/").split("/")
-    rows = "".join(_make_row(name, layer, caption, followed) for name, layer in caption.legend.items())
+    followed_path = cameras.followed.strip("/").split("/")
+    rows = "".join(_make_row(name, layer, caption, followed_path) for name, layer in caption.legend.items())
     buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in VIEWS)
     lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
     panel = (
@@ -110,7 +110,7 @@ def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
         '<div id="starnav-bar"><button id="starnav-play" title="play or pause" aria-label="play or pause"></button>'
         '<input id="starnav-time" type="range" min="0" step="any" value="0" aria-label="time">'
         '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
-        f"<script>{_make_script(cameras, followed)}</script>"
+        f"<script>{_make_script(cameras, followed_path)}</script>"
     )
     title = html.escape(" · ".join((caption.heading, *caption.lines)))
     narrow = '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -119,9 +119,9 @@ def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
     return head + panel + end + tail
 
 
-def _make_row(name: str, layer: Layer, caption: Caption, followed: list[str]) -> str:
+def _make_row(name: str, layer: Layer, caption: Caption, followed_path: list[str]) -> str:
     """A row of the legend; obstacles that move have no folder of their own and cannot be hidden."""
-    path = followed if name == "robot" else [ROOT, *name.split("/")]
+    path = followed_path if name == "robot" else [ROOT, *name.split("/")]
     data = f' data-path="{html.escape(json.dumps(path))}" title="hide or show"' if name != "moving_obstacles" else ""
     off_class = "" if caption.shows(name) else ' class="off"'
     return f"<tr{data}{off_class}><td>{_draw_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
@@ -131,12 +131,12 @@ def _beside(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _make_script(cameras: Cameras, followed: list[str]) -> str:
+def _make_script(cameras: Cameras, followed_path: list[str]) -> str:
     boxes = {view: around_robot(np.array(cameras.start)) if view == "follow" else cameras.extent for view in VIEWS}
     settings = {
         "extents": {view: [float(x) for x in box] for view, box in boxes.items()},
         "view": cameras.view,
-        "followed": followed,
+        "followed": followed_path,
         "start": [*map(float, cameras.start), 0.0],
     }
     text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment

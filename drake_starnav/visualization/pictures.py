@@ -25,7 +25,7 @@ FINAL_PAUSE = 1.5
 
 def write_still(
     path: Path,
-    recorded: RecordedRun,
+    run: RecordedRun,
     time: float,
     view: str = "top",
     width: float | None = None,
@@ -33,32 +33,32 @@ def write_still(
     legend: bool = True,
 ) -> None:
     """Write a moment of a run, at a time, s, as one of `STILLS`; for the rest see `Recorder.save`."""
-    at = min(time, recorded.duration)
+    at = min(time, run.duration)
     if path.suffix == ".png":
         with replace_file(path) as temporary:
-            draw_moment(recorded, at, view, round(width or PIXELS)).save(temporary, format="PNG", optimize=True)
+            draw_moment(run, at, view, round(width or PIXELS)).save(temporary, format="PNG", optimize=True)
     else:
-        write_figure(path, recorded, at, title, WIDTH if width is None else width, legend)
+        write_figure(path, run, at, title, WIDTH if width is None else width, legend)
 
 
 def write_clips(
     paths: Sequence[Path],
-    recorded: RecordedRun,
+    run: RecordedRun,
     view: str = "top",
     width: int = PIXELS,
     speed: float = 2.0,
     rate: int = 10,
 ) -> None:
     """Write a run as each of `CLIPS` that are asked for: `rate` pictures a second, `speed` times real time."""
-    times, pictures = choose_picture_times(recorded.duration, rate, speed), []
+    times, pictures = choose_picture_times(run.duration, rate, speed), []
     with Progress("pictures") as bar:
         for time in times:
-            pictures.append(draw_moment(recorded, float(time), view, width))
+            pictures.append(draw_moment(run, float(time), view, width))
             bar.count(len(pictures), len(times))
     for path in paths:
         with Progress(path.suffix[1:]) as bar:
             if path.suffix == ".gif":
-                caption_text = ", ".join((recorded.caption.heading, *recorded.caption.lines)).replace("\u00a0", " ")
+                caption_text = ", ".join((run.caption.heading, *run.caption.lines)).replace("\u00a0", " ")
                 write_gif(path, pictures, rate, caption_text, bar.count)
             else:
                 write_mp4(path, pictures, rate, bar.count)

@@ -47,7 +47,12 @@ MARKERS = {
 
 
 def draw_moment_figure(
-    recorded: RecordedRun, time: float, view: str = "top", title: str = "", width: float = WIDTH, legend: bool = True
+    run: RecordedRun,
+    time: float,
+    view: str = "top",
+    title: str = "",
+    width: float = WIDTH,
+    legend: bool = True,
 ) -> Figure:
     """A moment of a run, at a time, s, from above, with axes in metres, `width` inches wide.
 
@@ -55,8 +60,8 @@ def draw_moment_figure(
     are shown; view `follow` shows what is around the first robot.
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
-    extent = around_robot(recorded.motions[0].at(time)) if view == "follow" else np.add(recorded.extent, walls)
-    (x0, y0, x1, y1), caption = extent, recorded.caption
+    extent = around_robot(run.motions[0].at(time)) if view == "follow" else np.add(run.extent, walls)
+    (x0, y0, x1, y1), caption = extent, run.caption
     handles = (
         [_make_legend_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)] if legend else []
     )
@@ -72,7 +77,7 @@ def draw_moment_figure(
     step = np.diff(MaxNLocator(10, steps=(1, 2, 5, 10)).tick_values(0.0, max(x1 - x0, y1 - y0)))[0]
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    _draw_scene(axes, recorded, time)
+    _draw_scene(axes, run, time)
     if handles:
         place = "outside right upper" if legend_is_aside else "outside lower center"
         entries = figure.legend(handles=handles, loc=place, labelspacing=0.6, frameon=False)
@@ -82,7 +87,7 @@ def draw_moment_figure(
 
 
 def write_figure(
-    path: Path, recorded: RecordedRun, time: float, title: str = "", width: float = WIDTH, legend: bool = True
+    path: Path, run: RecordedRun, time: float, title: str = "", width: float = WIDTH, legend: bool = True
 ) -> None:
     """Write `draw_moment_figure` as SVG or PDF, by the name's end; the same run gives the same file.
 
@@ -94,7 +99,7 @@ def write_figure(
     date_key = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
     file = io.BytesIO()
     with rc_context({**EMBEDDED_FONTS, "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
-        figure = draw_moment_figure(recorded, time, title=title, width=width, legend=legend)
+        figure = draw_moment_figure(run, time, title=title, width=width, legend=legend)
         figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={date_key: None})
     content = file.getvalue()
     if path.suffix == ".svg":
@@ -103,19 +108,19 @@ def write_figure(
         temporary.write_bytes(content)
 
 
-def draw_moment(recorded: RecordedRun, time: float, view: str = "top", width: int = 1100) -> Image.Image:
+def draw_moment(run: RecordedRun, time: float, view: str = "top", width: int = 1100) -> Image.Image:
     """`draw_moment_figure` with a title as pixels, of a width in pixels."""
-    title = ", ".join((recorded.caption.heading, *recorded.caption.lines, f"t = {time:.1f} s"))
+    title = ", ".join((run.caption.heading, *run.caption.lines, f"t = {time:.1f} s"))
     with rc_context({"font.size": TEXT_SIZE}):
-        figure = draw_moment_figure(recorded, time, view, title)
+        figure = draw_moment_figure(run, time, view, title)
         return Image.fromarray(render_figure(figure, dpi=width / figure.get_figwidth()))
 
 
-def _draw_scene(axes: Axes, recorded: RecordedRun, time: float) -> None:
+def _draw_scene(axes: Axes, run: RecordedRun, time: float) -> None:
     """Draw a moment of a run, a time in s, into axes in metres of W: solid shapes and layers."""
-    _draw_solids(axes, recorded.scene, time)
-    for name, shape in recorded.visible(time + FRAME_SLACK).items():
-        if recorded.caption.shows(name.removeprefix(f"/{ROOT}/")):
+    _draw_solids(axes, run.scene, time)
+    for name, shape in run.visible(time + FRAME_SLACK).items():
+        if run.caption.shows(name.removeprefix(f"/{ROOT}/")):
             _draw_shape(axes, shape, time)
 
 

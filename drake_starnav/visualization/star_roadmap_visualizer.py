@@ -336,13 +336,13 @@ class StarRoadmapVisualizer(LeafSystem):
         self._drawn.trail = self._drawn.trail[-1:]
 
 
-def _apart_from(drawn: np.ndarray, points: np.ndarray, spacing: float) -> np.ndarray:
-    """Those points, shape (n, 2), that are farther than `spacing` from all `drawn` ones and from one another, m."""
-    drawn_count = len(drawn)
+def _apart_from(drawn_points: np.ndarray, points: np.ndarray, spacing: float) -> np.ndarray:
+    """Those points, shape (n, 2), that are farther than `spacing` from all `drawn_points` and from one another, m."""
+    drawn_count = len(drawn_points)
     for point in points:
-        if not len(drawn) or np.hypot(*(drawn - point).T).min() > spacing:
-            drawn = np.vstack((drawn, point))
-    return drawn[drawn_count:]
+        if not len(drawn_points) or np.hypot(*(drawn_points - point).T).min() > spacing:
+            drawn_points = np.vstack((drawn_points, point))
+    return drawn_points[drawn_count:]
 
 
 def _find_middles(lines: np.ndarray) -> np.ndarray:

@@ -43,10 +43,10 @@ COLORS: tuple[meshes.Color, ...] = (
 TRAIL = "trail"
 
 
-def make_trail_layer(name: str, said: str, number: int) -> tuple[str, meshes.Layer]:
-    """Name and layer of the trail of a robot, whose number, from 0, decides its colour; `said` is about it."""
+def make_trail_layer(name: str, description: str, number: int) -> tuple[str, meshes.Layer]:
+    """Name and layer of the trail of a robot, whose number, from 0, decides its colour; `description` is about it."""
     color, height = COLORS[number % len(COLORS)], 0.1 - 0.005 * number
-    return f"{TRAIL}/{name}", meshes.Layer(f"{name}: {said}", color, "robot", height)
+    return f"{TRAIL}/{name}", meshes.Layer(f"{name}: {description}", color, "robot", height)
 
 
 _Part = tuple[Shape, float, float, meshes.Color]
@@ -172,12 +172,12 @@ def _play_motions(
     return scene
 
 
-def _make_robot_body(driven: Driven, color: meshes.Color, height: float, above: float) -> _Body:
+def _make_robot_body(driven_robot: Driven, color: meshes.Color, height: float, above: float) -> _Body:
     """A hull of its colour and height with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    shape, radius, top = driven.robot.shape, driven.robot.shape.radius, above + height
-    hulls = [make_upright_prism(part, height, driven.name) for part in shape.parts] or [Cylinder(radius, height)]
+    shape, radius, top = driven_robot.robot.shape, driven_robot.robot.shape.radius, above + height
+    hulls = [make_upright_prism(part, height, driven_robot.name) for part in shape.parts] or [Cylinder(radius, height)]
     parts = [(hull, 0.0, top - 0.5 * height, color) for hull in hulls]
     parts += [(Cylinder(0.55 * radius, 0.004), 0.0, top, meshes.DECK_COLOR)] if shape.is_disc else []
     parts += [(Box(0.8 * radius, 0.2 * radius, 0.008), 0.4 * radius, top, meshes.HEADING_COLOR)]
     parts += [(Cylinder(0.24 * radius, 0.016), 0.0, top, meshes.LIDAR_COLOR)]
-    return _Body(f"robots/{driven.name}", driven.motion, parts)
+    return _Body(f"robots/{driven_robot.name}", driven_robot.motion, parts)

@@ -65,14 +65,14 @@ def find_solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -
 
 
 @kernel
-def _cover(required: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+def _cover(required_cells: np.ndarray, allowed_cells: np.ndarray) -> np.ndarray:
     """Rectangles of allowed cells that cover all required ones, greedily, in the order of rows.
 
     At each required cell that is not covered yet the row of allowed cells through it grows up and down, and the
     column through it left and right; the one of the two that covers more stays.
     """
-    ny, nx = required.shape
-    open_ = required.copy()
+    ny, nx = required_cells.shape
+    open_ = required_cells.copy()
     found_boxes = [(0, 0, 0, 0)][:0]
     for i in range(ny):
         for j in range(nx):
@@ -83,14 +83,14 @@ def _cover(required: np.ndarray, allowed: np.ndarray) -> np.ndarray:
                 i0, j0, i1, j1 = i, j, i + 1, j + 1
                 for step in (0, 1):
                     if rows_first == (step == 0):
-                        while j0 > 0 and allowed[i0:i1, j0 - 1].all():
+                        while j0 > 0 and allowed_cells[i0:i1, j0 - 1].all():
                             j0 -= 1
-                        while j1 < nx and allowed[i0:i1, j1].all():
+                        while j1 < nx and allowed_cells[i0:i1, j1].all():
                             j1 += 1
                     else:
-                        while i0 > 0 and allowed[i0 - 1, j0:j1].all():
+                        while i0 > 0 and allowed_cells[i0 - 1, j0:j1].all():
                             i0 -= 1
-                        while i1 < ny and allowed[i1, j0:j1].all():
+                        while i1 < ny and allowed_cells[i1, j0:j1].all():
                             i1 += 1
                 count = open_[i0:i1, j0:j1].sum()
                 if count > best_count:

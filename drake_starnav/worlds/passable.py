@@ -53,12 +53,12 @@ def _make_inner_discs(robot: Footprint) -> np.ndarray:
     """
     rows = [np.array([(0.0, 0.0, robot.radius)])]
     for part in robot.parts:
-        inside = _INSIDE
-        while (inner := shapely.Polygon(part).buffer(-inside, join_style="mitre")).is_empty:
-            inside *= 0.5
-        line = resample_polyline(shapely.get_coordinates(inner.exterior), inside)
+        inner_depths = _INSIDE
+        while (inner := shapely.Polygon(part).buffer(-inner_depths, join_style="mitre")).is_empty:
+            inner_depths *= 0.5
+        line = resample_polyline(shapely.get_coordinates(inner.exterior), inner_depths)
         # discs of this radius so far apart leave nothing of the line's parallel open
-        radius = math.hypot(inside, 0.5 * inside)
+        radius = math.hypot(inner_depths, 0.5 * inner_depths)
         rows += [np.column_stack((line, np.full(len(line), radius))), np.column_stack((part, np.zeros(len(part))))]
     return np.vstack(rows)
 
@@ -77,10 +77,10 @@ def _is_free(x, y, yaw, room, origin, step, discs):
         a, b = u - i, v - j
         low = (1.0 - a) * room[i, j] + a * room[i + 1, j]
         high = (1.0 - a) * room[i, j + 1] + a * room[i + 1, j + 1]
-        away = (1.0 - b) * low + b * high
-        if k == 0 and away > radius:
+        distance = (1.0 - b) * low + b * high
+        if k == 0 and distance > radius:
             return True
-        if k > 0 and away <= radius:
+        if k > 0 and distance <= radius:
             return False
     return True
 

@@ -120,13 +120,13 @@ def find_shortest_path(world: World, clearance: float, resolution: float = 0.05)
     return min(ways, key=lambda found: found[0], default=None)
 
 
-def _search_grid(ends: np.ndarray, box: np.ndarray, capsules: np.ndarray, step: float, radius: float) -> np.ndarray:
+def _search_grid(places: np.ndarray, box: np.ndarray, capsules: np.ndarray, step: float, radius: float) -> np.ndarray:
     """Points (k, 2) of a free grid in a box, each in sight of the next, from near the first end to near the other; none
     without a way. `radius` is that of the narrowest capsule, m."""
     spare = math.hypot(radius, math.hypot(0.5, 0.5) * step) - radius  # of two such neighbours, their line is free
     nx, ny = ((box[1] - box[0]) / step).astype(int) + 1
     free = measure_capsule_distances(box[0], (nx, ny), step, spare + step, capsules) > spare
-    begin, goal = (_find_nearest_in_sight(end, box[0], step, free, capsules) for end in ends)
+    begin, goal = (_find_nearest_in_sight(end, box[0], step, free, capsules) for end in places)
     if begin is None or goal is None:
         return np.empty((0, 2))
     weight = np.pad(10 * free.astype(np.uint8), 1)

@@ -126,11 +126,11 @@ class RosMap:
 
 
 def _make_wall_rectangles(
-    grid: OccupancyMap, solid: np.ndarray, closed: bool, ends: Iterable[list[float]]
+    grid: OccupancyMap, solid: np.ndarray, closes: bool, places: Iterable[list[float]]
 ) -> tuple[np.ndarray, ...]:
     """The walls as rectangles in W, each of shape (4, 2); what cannot be seen from the ends is no hole in them."""
-    padded_cells = np.pad(solid, 1, constant_values=closed)
-    rectangles = find_solid_rectangles(padded_cells, np.array([grid.find_cell((x, y)) for x, y in ends]) + 1)
+    padded_cells = np.pad(solid, 1, constant_values=closes)
+    rectangles = find_solid_rectangles(padded_cells, np.array([grid.find_cell((x, y)) for x, y in places]) + 1)
     i0, j0, i1, j1 = rectangles.T - 1.0
     corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
     return tuple(grid.to_world(corners))

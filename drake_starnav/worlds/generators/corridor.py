@@ -28,8 +28,8 @@ class Corridor(Drawn):
         polygons = []
         for k in range(1, lanes):
             y = k * pitch - WALL
-            left, right = (0.0, run) if k % 2 else (_WIDTH, lane)
-            polygons.append(make_rectangle(left, y, right, y + WALL))
+            x_left, x_right = (0.0, run) if k % 2 else (_WIDTH, lane)
+            polygons.append(make_rectangle(x_left, y, x_right, y + WALL))
         for k in range(lanes):
             bottom, top = k * pitch, k * pitch + _WIDTH
             reach = self.fin * _WIDTH

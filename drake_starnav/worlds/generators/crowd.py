@@ -139,8 +139,8 @@ def _draw_free_heading(
 ) -> float | None:
     """A free heading: roughly mirrored at the nearest obstacle, else any; None if none was found."""
     offsets = 1e-4 * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-    right, left, up, down = compute_clearance(world, position + offsets)
-    normal = math.atan2(up - down, right - left)
+    right_gap, left_gap, upper_gap, lower_gap = compute_clearance(world, position + offsets)
+    normal = math.atan2(upper_gap - lower_gap, right_gap - left_gap)
     mirrored_heading = 2.0 * normal + math.pi - heading + rng.uniform(-0.15, 0.15)
     for candidate in (mirrored_heading, *rng.uniform(-math.pi, math.pi, 50)):
         if _count_free_steps(world, position, candidate, least, 1):

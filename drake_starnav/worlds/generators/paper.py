@@ -86,15 +86,15 @@ class PaperRoom(Drawn):
 
     def draw(self, rng: np.random.Generator) -> World:
         width, depth = _POCKET
-        left, end = rng.uniform(1.4, 1.9), _WIDTH - _WAY_ROUND
-        right, top, half = left + width, _CROSS + depth, 0.5 * WALL
+        left_end, end = rng.uniform(1.4, 1.9), _WIDTH - _WAY_ROUND
+        right, top, half = left_end + width, _CROSS + depth, 0.5 * WALL
         walls = [
-            (0.0, _CROSS, left, _CROSS),
+            (0.0, _CROSS, left_end, _CROSS),
             (right, _CROSS, end, _CROSS),
-            (left, _CROSS, left, top - width),
-            (left - width, top - width, left, top - width),
-            (left - width, top - width, left - width, top),
-            (left - width, top, right, top),
+            (left_end, _CROSS, left_end, top - width),
+            (left_end - width, top - width, left_end, top - width),
+            (left_end - width, top - width, left_end - width, top),
+            (left_end - width, top, right, top),
             (right, _CROSS, right, top),
         ]
         outlines = [make_rectangle(x0 - half, y0 - half, x1 + half, y1 + half) for x0, y0, x1, y1 in walls]
