@@ -55,7 +55,7 @@ class Guidance:
             raise StarnavError(f"guidance: path has shape {way.shape}; allowed: (k, 2), finite x and y")
         return Guidance(way, True, unite_regions(regions))
 
-    def moved(self, frame: np.ndarray) -> "Guidance":
+    def transformed(self, frame: np.ndarray) -> "Guidance":
         """Return the same guidance in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         poses = np.column_stack((transform_points(frame, self.poses), self.poses[:, 2] + frame[2], self.poses[:, 3]))
-        return Guidance(transform_points(frame, self.path), self.arrives, self.regions.moved(frame), poses)
+        return Guidance(transform_points(frame, self.path), self.arrives, self.regions.transformed(frame), poses)

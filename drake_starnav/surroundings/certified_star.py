@@ -85,7 +85,7 @@ class CertifiedStar:
             values = np.where((first + QUARTER <= bearing) & (bearing <= last - QUARTER), values, 0.0)
         return StarArrays(self.center[None], np.array([self.bearing_0]), values[None])
 
-    def moved(self, frame: np.ndarray) -> "CertifiedStar":
+    def transformed(self, frame: np.ndarray) -> "CertifiedStar":
         """Return the star in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
         return dataclasses.replace(
             self,

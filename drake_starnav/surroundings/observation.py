@@ -51,9 +51,9 @@ class Observation:
         region = None if self.region is None else clear_region(self.region, remembered_hits, radius)
         return dataclasses.replace(self, region=region, remembered_hits=remembered_hits)
 
-    def moved(self, frame: np.ndarray) -> "Observation":
+    def transformed(self, frame: np.ndarray) -> "Observation":
         """Return the observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        region = None if self.region is None else self.region.moved(frame)
+        region = None if self.region is None else self.region.transformed(frame)
         return Observation(
             region, self.scan, compose_poses(frame, self.pose), transform_points(frame, self.remembered_hits)
         )

@@ -83,7 +83,7 @@ class RegionUnion(NamedTuple):
         """Return the index of a region that contains each point, as for `contains`, or -1; shape (n, 2) -> (n,)."""
         return _covers_at(self, np.ascontiguousarray(points, dtype=float), slack)
 
-    def moved(self, frame: np.ndarray) -> "RegionUnion":
+    def transformed(self, frame: np.ndarray) -> "RegionUnion":
         """Return the same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         return RegionUnion(transform_points(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
 

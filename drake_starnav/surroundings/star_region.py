@@ -77,7 +77,7 @@ class StarRegion:
         points = np.asarray(points, dtype=float)
         return self.as_union.contains(points.reshape(-1, 2)).reshape(points.shape[:-1])
 
-    def moved(self, frame: np.ndarray) -> "StarRegion":
+    def transformed(self, frame: np.ndarray) -> "StarRegion":
         """Return the same region in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         center = transform_points(frame, self.center[None, :])[0]
         return dataclasses.replace(self, center=center, bearing_0=self.bearing_0 + float(frame[2]))

@@ -123,16 +123,16 @@ class Surroundings:
             return self
         return dataclasses.replace(self, past_views=self.past_views.select(lasting))
 
-    def moved(self, frame: np.ndarray) -> "Surroundings":
+    def transformed(self, frame: np.ndarray) -> "Surroundings":
         """Return the surroundings in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        current = self.current_views.moved(frame)
-        views = tuple([view.moved(frame) if isinstance(view, View) else view for view in current.views])
+        current = self.current_views.transformed(frame)
+        views = tuple([view.transformed(frame) if isinstance(view, View) else view for view in current.views])
         return dataclasses.replace(
             self,
             robot_pose=compose_poses(frame, self.robot_pose),
             current_views=current._replace(views=views),
-            past_views=self.past_views.moved(frame),
-            certified_star=self.certified_star.moved(frame),
+            past_views=self.past_views.transformed(frame),
+            certified_star=self.certified_star.transformed(frame),
         )
 
 

@@ -120,7 +120,7 @@ class View:
         """Visible range in each bearing bin, from the yaw of `pose` on, shape (BINS,)."""
         return measure_visible_ranges(self.chords.ends, self.pose, self.reach) - self.params.range_error
 
-    def moved(self, frame: np.ndarray) -> "View":
+    def transformed(self, frame: np.ndarray) -> "View":
         """Return the view in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
         return replace_fields(
             self,

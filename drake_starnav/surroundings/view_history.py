@@ -72,7 +72,7 @@ class ViewHistory(NamedTuple):
         """Return the views of some indices."""
         return ViewHistory(tuple([self.views[k] for k in indices.tolist()]), self.rows[indices])
 
-    def moved(self, frame: np.ndarray) -> "ViewHistory":
+    def transformed(self, frame: np.ndarray) -> "ViewHistory":
         """Return the views in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
         poses = np.column_stack((transform_points(frame, self.rows[:, :2]), self.rows[:, 2] + frame[2]))
         return self._replace(rows=np.hstack((poses, self.rows[:, 3:])))

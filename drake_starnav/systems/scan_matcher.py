@@ -107,4 +107,4 @@ class ScanMatcher(LeafSystem):
 
 def _moved(value: Any, known: ScanMap, back: bool = False) -> Any:
     """A value in O, one with a method `moved`, in M; or back."""
-    return value.moved(invert_pose(known.correction) if back else known.correction)
+    return value.transformed(invert_pose(known.correction) if back else known.correction)

@@ -33,6 +33,6 @@ def test_a_cell_is_known_while_a_region_covers_its_middle(seed):
     dropped = [None if k == 1 else region for k, region in enumerate(cut)]
     fewer = replace_regions(less, dropped, MARGINS, RADIUS)
     assert_counts_the_cells_of_its_regions(fewer)
-    away = dataclasses.replace(roadmap.nodes[1], region=roadmap.nodes[1].region.moved(np.array((9.0, -7.0, 1.0))))
+    away = dataclasses.replace(roadmap.nodes[1], region=roadmap.nodes[1].region.transformed(np.array((9.0, -7.0, 1.0))))
     assert_counts_the_cells_of_its_regions(append_node(fewer, away, fewer.grid))
     assert_counts_the_cells_of_its_regions(roadmap)  # it has not changed

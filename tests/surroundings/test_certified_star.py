@@ -70,7 +70,7 @@ def test_in_another_frame_it_certifies_the_same() -> None:
     other = driven(4)[0].view
     known = ViewHistory.of_one_time((other,), ((0.5, 0.2, 1.0),), 0.0, Odometer())
     seen = replace_fields(seen, current_views=seen.current_views.followed_by(known), past_views=known)
-    star, there = seen.certified_star, seen.moved(frame)
+    star, there = seen.certified_star, seen.transformed(frame)
     points = pose[:2] + np.random.default_rng(0).uniform(-1.0, 1.0, (500, 2))
     assert 50 < star.union.contains(points).sum() < 450
     assert (there.certified_star.union.contains(transform_points(frame, points)) == star.union.contains(points)).all()

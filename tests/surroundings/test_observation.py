@@ -14,7 +14,7 @@ WORLD = World("posts", (0.0, 0.0, 0.0), (1.0, 0.0), cylinders=[(1.5, 0.0, 0.3), 
 
 def test_in_another_frame_it_is_as_if_it_had_been_taken_there() -> None:
     scan = cast(WORLD, POSE)
-    moved = Observation(make_scan_region(scan, POSE, RADIUS, MARGINS), scan, POSE).moved(FRAME)
+    moved = Observation(make_scan_region(scan, POSE, RADIUS, MARGINS), scan, POSE).transformed(FRAME)
     there = np.array(compose_poses(FRAME, POSE))
     np.testing.assert_allclose(moved.pose, there)
     assert moved.scan is scan

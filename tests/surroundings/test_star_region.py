@@ -79,9 +79,9 @@ def test_a_region_in_another_frame_contains_the_same_points(seed):
     frame = rng.uniform(-3.0, 3.0, 3)
     points = region.center + rng.uniform(-3.0, 3.0, (500, 2))
     there = transform_points(frame, points)
-    union, offset = unite_regions((region,)).moved(frame), points - region.center
+    union, offset = unite_regions((region,)).transformed(frame), points - region.center
     share = np.hypot(*offset.T) / np.maximum(region.phi(np.arctan2(offset[:, 1], offset[:, 0])), 1e-9)
     away = np.abs(share - 1.0) > 1e-2  # not where rounding decides
-    assert np.mean(region.moved(frame).contains(there[away]) == region.contains(points[away])) > 0.99
+    assert np.mean(region.transformed(frame).contains(there[away]) == region.contains(points[away])) > 0.99
     found = union.contains(there[away])
     assert np.mean(found == region.contains(points[away])) > 0.99

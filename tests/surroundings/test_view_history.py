@@ -136,8 +136,8 @@ def test_where_something_is_seen_the_disc_of_the_start_is_not_free() -> None:
 def test_in_another_frame_looks_know_the_same() -> None:
     rng, frame = np.random.default_rng(1), np.array((1.0, -2.0, 2.5))
     look = view_of(cast(scattered(rng), np.zeros(3)), HERE)
-    there = look.moved(frame)
-    also = at_once(look, HERE, 0.0).moved(frame)
+    there = look.transformed(frame)
+    also = at_once(look, HERE, 0.0).transformed(frame)
     np.testing.assert_allclose(there.pose, also.rows[0, :3])
     np.testing.assert_allclose(there.visible_ranges, look.visible_ranges, atol=1e-9)
     moved = replace_fields(look, robot_pose=np.array(there.pose))
