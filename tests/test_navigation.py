@@ -65,10 +65,9 @@ def test_the_systems_are_wired_and_the_robot_drives_to_its_goal() -> None:
     assert diagram.GetOutputPort("planner.status").Eval(context) is PlannerStatus.APPROACHING
 
 
-@pytest.mark.parametrize("start", [[0.2, 0.0, 0.3], [1.5, 0.01, 2.0]])
 @pytest.mark.parametrize("method", ["star", "foa", "dwa", "dsm"])
-def test_at_its_goal_the_robot_stands(method: str, start: list[float]) -> None:
-    text = f"world: !Obstacles {{cylinders: [[0.9, -1.2, 0.3]], start: {start}, goal: [1.5, 0.0]}}"
+def test_at_its_goal_the_robot_stands(method: str) -> None:
+    text = "world: !Obstacles {cylinders: [[0.9, -1.2, 0.3]], start: [0.2, 0.0, 0.3], goal: [1.5, 0.0]}"
     diagram = make_diagram(parse_scenario(text, name="near", method=method))
     simulator = Simulator(diagram)
     simulator.AdvanceTo(25.0)

@@ -113,9 +113,9 @@ def wedge_scans(angle, distance, lidar):
             yield cast(wedge, np.array((0.0, 0.0, yaw)), beams=lidar.beams)
 
 
-@pytest.mark.parametrize("noise", [0.005, 0.01, 0.02, 0.03, 0.05])
+@pytest.mark.parametrize("noise", [0.01, 0.02, 0.05])
 @pytest.mark.parametrize("angle", [60.0, 90.0])
-@pytest.mark.parametrize("beams", [36, 60, 72, 90, 120, 180, 360, 720])
+@pytest.mark.parametrize("beams", [36, 90, 180, 360, 720])
 def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams):
     scenario = declaring(f"lidar.noise={noise}", f"lidar.beams={beams}")
     lidar, margins = scenario.lidar, derive_margins(scenario)
@@ -129,7 +129,7 @@ def test_the_margin_covers_what_smoothing_takes_off_a_corner(noise, angle, beams
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01])
-@pytest.mark.parametrize("beams", [36, 48, 60, 90, 120, 180, 360])
+@pytest.mark.parametrize("beams", [36, 90, 360])
 def test_the_margin_covers_what_sticks_out_between_two_beams(beams, noise):
     scenario = declaring(f"lidar.beams={beams}", f"lidar.noise={noise}")
     margin = derive_margins(scenario).safety
@@ -138,7 +138,7 @@ def test_the_margin_covers_what_sticks_out_between_two_beams(beams, noise):
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.03])
-@pytest.mark.parametrize("beams", [90, 180, 360, 720])
+@pytest.mark.parametrize("beams", [90, 360])
 def test_the_margin_covers_a_corner_seen_from_where_the_robot_must_begin_to_stop(beams, noise):
     """A scan from there sees a corner of 60 degrees, pointing at the robot, too far away by the margin at most.
 
