@@ -30,7 +30,7 @@ SCENARIO = Scenario("default", None)
 ROBOT, PLANNER, MARGINS = SCENARIO.robot, SCENARIO.planner, derive_margins(SCENARIO)
 SETTINGS = PerceptionSettings(MARGINS, ROBOT.shape)
 PHASES = {
-    "contradictions": (planner, "consistent_regions"),
+    "contradictions": (planner, "find_consistent_regions"),
     "revise": (planner, "replace_regions"),
     "extend": (planner, "add_latest_node"),
     "reopen": (planner, "reopen_closures"),

@@ -12,10 +12,10 @@ import numpy as np
 
 from drake_starnav.baselines.known_obstacles import KnownObstacles
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.control.path_following import CREEP, goal_slowdown
+from drake_starnav.control.path_following import CREEP, compute_goal_slowdown
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import velocity_towards, wrap_angle
+from drake_starnav.robot.limits import find_velocity_towards, wrap_angle
 
 AT_REST = 0.12
 """A robot this near to its goal stops, m: nearby obstacles may keep a baseline from coming nearer."""
@@ -55,7 +55,7 @@ class BaselineInput:
         if distance < STANDING:
             return np.zeros(2)
         goal_distance = math.hypot(self.goal[0] - self.pose[0], self.goal[1] - self.pose[1])
-        max_speed, slowdown = self.robot.max_speed, goal_slowdown(self.robot.limits)
+        max_speed, slowdown = self.robot.max_speed, compute_goal_slowdown(self.robot.limits)
         return min(speed, max_speed, slowdown * goal_distance + max_speed / CREEP) / distance * offset
 
     def follow(self, velocity: np.ndarray, max_speed: float) -> Proposal:
@@ -67,7 +67,7 @@ class BaselineInput:
         speed = min(speed, max_speed, self.robot.max_speed)
         error = wrap_angle(bearing - self.pose[2])
         return Proposal(
-            convert_to_twist(velocity_towards(error, speed, self.robot.limits), self.robot.drive),
+            convert_to_twist(find_velocity_towards(error, speed, self.robot.limits), self.robot.drive),
             make_unit_vector(bearing),
         )
 

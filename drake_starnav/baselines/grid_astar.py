@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from drake_starnav.planning.bucket_search import bucket_dijkstra
+from drake_starnav.planning.bucket_search import search_buckets
 from drake_starnav.planning.cost_field import CostField
 from drake_starnav.planning.grid import Grid
 
@@ -48,7 +48,7 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
     weight[0] = weight[-1] = weight[:, 0] = weight[:, -1] = 0
     start, end = (np.rint((place - origin) / cell).astype(int) for place in (position, goal))
     cost = np.zeros(weight.shape, np.int32)
-    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
+    search_buckets(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
     field = CostField(cost, weight, origin + cell, cell, Grid.empty(0.5 * cell, 0.0))
     path = field.path(position)
     if not len(path):

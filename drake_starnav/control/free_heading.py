@@ -31,7 +31,7 @@ def _is_way_open(bearing, hits_near, distance, way_length):
 
 
 @kernel
-def free_heading(x, y, ux, uy, hits, sizes):
+def find_free_heading(x, y, ux, uy, hits, sizes):
     """The unit vector (ux, uy) if it is free, else the nearest free one within FREE_HEADING_RANGE, or itself.
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's

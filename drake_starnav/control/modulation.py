@@ -22,7 +22,7 @@ FARTHEST = 12.0
 
 
 @leaf
-def boundary_at(values, slopes, bearing_0, theta):
+def evaluate_boundary(values, slopes, bearing_0, theta):
     """Phi and Phi' of one region at a bearing, linear between samples."""
     samples = len(values)
     position = (theta - bearing_0) * samples / (2.0 * math.pi)
@@ -51,7 +51,7 @@ def modulate_direction(x, y, ux, uy, regions, radius):
             continue
         if distance < nearest_distance:
             return ux, uy
-        phi, slope = boundary_at(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))
+        phi, slope = evaluate_boundary(values[k], slopes[k], bearing_0[k], math.atan2(dy, dx))
         gamma = (phi / distance) ** SIGMA
         cosine, sine = dx / distance, dy / distance
         tx, ty = slope * cosine - phi * sine, slope * sine + phi * cosine

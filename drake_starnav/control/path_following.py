@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_starnav.control.free_heading import free_heading
+from drake_starnav.control.free_heading import find_free_heading
 from drake_starnav.control.inputs import ControllerInputs, Proposal
 from drake_starnav.control.modulation import modulate_direction
 from drake_starnav.geometry.compiled import kernel, leaf
@@ -12,7 +12,7 @@ from drake_starnav.manoeuvres.following import follow_manoeuvre
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import STOPPING_GAIN, cap_speed, velocity_towards, wrap_angle
+from drake_starnav.robot.limits import STOPPING_GAIN, cap_speed, find_velocity_towards, wrap_angle
 from drake_starnav.surroundings.region_union import RegionUnion
 
 GOAL_BRAKING = 0.96
@@ -40,7 +40,7 @@ def follow_guidance(inputs: ControllerInputs, robot: RobotParameters) -> Proposa
 
 
 @leaf
-def goal_slowdown(limits):
+def compute_goal_slowdown(limits):
     """Return the speed per distance to the goal on arrival, 1/s."""
     return min(GOAL_BRAKING * limits.max_deceleration / limits.max_speed, STOPPING_GAIN)
 
@@ -57,9 +57,11 @@ def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
     ux, uy, distance = guiding_vector(x, y, path, regions, radius)
     if ux == 0.0 and uy == 0.0:
         return
-    ux, uy = free_heading(x, y, ux, uy, certificate[0], (radius, certificate[1]))
-    velocity = velocity_towards(wrap_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
-    speed_limit = goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
+    ux, uy = find_free_heading(x, y, ux, uy, certificate[0], (radius, certificate[1]))
+    velocity = find_velocity_towards(wrap_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
+    speed_limit = (
+        compute_goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
+    )
     velocity = cap_speed(velocity, speed_limit)
     proposal[0], proposal[1] = ux, uy
     proposal[2], proposal[3], proposal[4] = velocity.ahead, velocity.aside, velocity.turning
@@ -75,14 +77,14 @@ def guiding_vector(x, y, path, regions, radius):
         regions: union of those around the robot.
         radius: of the robot, m.
     """
-    ux, uy, distance = way_point(x, y, path, radius)
+    ux, uy, distance = find_way_point(x, y, path, radius)
     if distance > MODULATION_DISTANCE * radius:
         ux, uy = modulate_direction(x, y, ux, uy, regions, radius)
     return ux, uy, distance
 
 
 @kernel
-def way_point(x, y, path, radius):
+def find_way_point(x, y, path, radius):
     """Unit vector to the first way point of a path (k, 2) that a robot has not passed, and its distance, m.
 
     Both are zero at the last way point.

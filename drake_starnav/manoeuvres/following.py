@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.manoeuvres.manoeuvre import count_reached
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.limits import stopping_speed
+from drake_starnav.robot.limits import compute_stopping_speed
 
 SLOW_SHARE, SLOW_STOP = 0.725, 0.357
 """A manoeuvre is driven with this share of the largest speed, or so that the robot stops within this many radii."""
@@ -32,7 +32,7 @@ def follow_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters
         if after[3] != gear:
             break
         left += math.dist(before[:2], after[:2])
-    speed = min(speed, stopping_speed(left, limits.max_deceleration))
+    speed = min(speed, compute_stopping_speed(left, limits.max_deceleration))
     twist = base.twist_towards(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed, limits)
     direction = np.array((dx, dy)) if base.holonomic else math.copysign(1.0, twist[0]) * np.array((cosine, sine))
     return base.saturate(twist, limits), direction / max(math.hypot(*direction), 1e-9)

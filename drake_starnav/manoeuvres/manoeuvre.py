@@ -23,7 +23,7 @@ from drake_starnav.planning.state import (
     PlannerState,
 )
 from drake_starnav.robot import Base
-from drake_starnav.robot.limits import time_from_rest, wrap_angle
+from drake_starnav.robot.limits import compute_time_from_rest, wrap_angle
 from drake_starnav.surroundings.chords import Chords
 from drake_starnav.utils.snapshot import replace_fields
 
@@ -165,7 +165,7 @@ def find_attempts_near(state: ManoeuvreState, pose: np.ndarray, distance: float)
 def find_stuck_time(context: ManoeuvreContext) -> float:
     """Return how long a robot stands before it counts as stuck, s."""
     limits = context.limits
-    start_time = time_from_rest(MOVED * context.footprint.radius, limits.max_speed, limits.max_acceleration)
+    start_time = compute_time_from_rest(MOVED * context.footprint.radius, limits.max_speed, limits.max_acceleration)
     return max(STUCK, 2.0 * start_time)
 
 

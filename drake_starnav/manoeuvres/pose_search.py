@@ -171,7 +171,7 @@ def _find_way(
 
 
 @kernel
-def _cell(x, y, grid):
+def _find_cell(x, y, grid):
     """Return the cell of a place; it may lie outside of what is searched."""
     return int(round((x - grid[0]) / grid[2])), int(round((y - grid[1]) / grid[2]))
 
@@ -187,7 +187,7 @@ def _compute_costs_to_go(space, goals):
     queue = [(0.0, 0, 0)]
     queue.pop()
     for k in range(len(goals)):
-        i, j = _cell(goals[k, 0], goals[k, 1], grid)
+        i, j = _find_cell(goals[k, 0], goals[k, 1], grid)
         if 0 <= i < SIDE and 0 <= j < SIDE and goals[k, 4] < out[i, j]:
             out[i, j] = goals[k, 4]
             heapq.heappush(queue, (goals[k, 4], i, j))
@@ -229,7 +229,7 @@ def _check_move(x, y, yaw, move, space, begins):
         cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for m in range(len(discs)):
             u, v = discs[m, 0], discs[m, 1]
-            i, j = _cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.grid)
+            i, j = _find_cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.grid)
             clear = space.clear[i, j] if 0 <= i < SIDE and 0 <= j < SIDE else np.nan
             if clear < discs[m, 3] - OFF_CENTRE * cell:
                 return False, 1
@@ -335,7 +335,7 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, leaves):
         for m in range(len(usual) + (len(first_primitives) if n < len(starts) else 0)):
             move = usual[m] if m < len(usual) else first_primitives[m - len(usual)]
             px, py, turned = _after(x, y, yaw, move[0], move[1], move[2])
-            i, j = _cell(px, py, space.grid)
+            i, j = _find_cell(px, py, space.grid)
             if i < 0 or j < 0 or i >= SIDE or j >= SIDE or cost_to_go[i, j] == np.inf:
                 continue
             h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS

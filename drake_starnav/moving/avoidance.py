@@ -1,9 +1,9 @@
 """Collision avoidance: a search over sequences of manoeuvres for the best way past obstacles that move.
 
 A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the velocity, or drive in a direction, forwards or
-backwards, as the base does it (`velocity_towards`): turning and then driving sideways is one manoeuvre. The first one
-must begin with a twist that the certificates accept. Of each generation the BEAM best rollouts that differ are
-continued, up to the horizon.
+backwards, as the base does it: turning and then driving sideways is one manoeuvre. The first one must begin with a
+twist that the certificates accept. Of each generation the BEAM best rollouts that differ are continued, up to the
+horizon.
 
 In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
 edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
@@ -18,8 +18,9 @@ far ahead are uncertain.
 
 Risk is what it costs to be where a mover may come that turns: robots that keep their distance only once it is predicted
 to be short are struck while they stand. Per time it is the rate at which movers turn, times the share of directions in
-which one would meet the robot, times w, less where there is more of the `time_to_escape`, beyond which it vanishes. New
-directions at an angle from the old one are as likely as 1 + cos of it: movers rather bend their course than turn back.
+which one would meet the robot, times w; it falls with the distance and vanishes where the mover is farther than it
+drives in the time to escape. New directions at an angle from the old one are as likely as 1 + cos of it: movers rather
+bend their course than turn back.
 """
 
 import functools
@@ -29,16 +30,21 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.control.inputs import ControllerInputs
-from drake_starnav.control.path_following import CREEP, goal_slowdown
+from drake_starnav.control.path_following import CREEP, compute_goal_slowdown
 from drake_starnav.geometry.compiled import kernel, leaf, put
 from drake_starnav.moving.certificate import MOVING_MARGIN, STANDING_SPEED
-from drake_starnav.moving.driving_times import next_way_point, time_to_escape, time_to_go, times_along
+from drake_starnav.moving.driving_times import (
+    compute_time_to_escape,
+    compute_time_to_go,
+    compute_times_along,
+    find_next_way_point,
+)
 from drake_starnav.moving.modulation import modulate_around_movers
 from drake_starnav.moving.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import Velocity, cap_speed, limit_value, velocity_towards, wrap_angle
+from drake_starnav.robot.limits import Velocity, cap_speed, find_velocity_towards, limit_value, wrap_angle
 from drake_starnav.robot.motion import Actuation, Pose, convert_to_velocity, integrate_step, ramp_velocity, roll_out
 from drake_starnav.safety.certificates import Certificate, all_accept
 from drake_starnav.surroundings.region_union import RegionUnion, covers, find_cover
@@ -151,7 +157,7 @@ class Scene(NamedTuple):
 
     Attributes:
         line: shape (n, 2), the robot's place and the way points, W, m.
-        times_left: shape (n,), time from each way point to the end, as from `times_along`, s.
+        times_left: shape (n,), time from each way point to the end, as from `compute_times_along`, s.
         regions: of the roadmap.
         star: the certified star as a union of one region.
         hits: shape (k, 2), filtered hits close to the robot, W, m.
@@ -175,7 +181,7 @@ class Scene(NamedTuple):
         (pose, _, guidance, surroundings), limits, obstacles = inputs, robot.limits, tracked.parameters
         settings = Settings(
             radius=robot.radius,
-            slowdown=goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
+            slowdown=compute_goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
             age=tracked.age,
             spacing=MOVING_MARGIN * robot.shape.cover_radius + obstacles.stopping_distance,
             caution=obstacles.caution,
@@ -183,7 +189,7 @@ class Scene(NamedTuple):
         )
         settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
         line = np.vstack((pose[:2], guidance.path if len(guidance.path) else pose[:2]))
-        movers, left = Movers.near(tracked, pose[:2], robot), times_along(line, limits)
+        movers, left = Movers.near(tracked, pose[:2], robot), compute_times_along(line, limits)
         star, hits = surroundings.certified_star.union, surroundings.near_hits
         return Scene(line, left, guidance.regions, star, hits, movers, limits, settings)
 
@@ -287,7 +293,7 @@ def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> n
     rollout["ahead"], rollout["aside"], rollout["turning"] = convert_to_velocity(twist)
     rollout["way_point"], rollout["region"] = 1, -1
     rollout["arrival_time"] = np.inf
-    hit_distance = min(nearest_hit(pose[0], pose[1], scene.hits), (1.0 + WALL_ZONE) * scene.settings.radius)
+    hit_distance = min(measure_nearest_hit(pose[0], pose[1], scene.hits), (1.0 + WALL_ZONE) * scene.settings.radius)
     rollout["clearance"] = rollout["least_clearance"] = max(hit_distance - scene.settings.radius, 0.0)
     return rollout
 
@@ -313,7 +319,7 @@ def predict_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
     trajectory, radius, settings = scene.movers.trajectory, scene.movers.radius, scene.settings
     discs, last_sample = np.empty((steps + 1, len(radius)), DISC), trajectory.shape[1] - 1.001
-    escape_time = [time_to_escape(settings.radius + r, scene.limits) for r in radius]
+    escape_time = [compute_time_to_escape(settings.radius + r, scene.limits) for r in radius]
     for s in range(steps + 1):
         sample = min((settings.age + start_time) / PREDICTION_STEP, last_sample)
         i = int(sample)
@@ -416,7 +422,9 @@ def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
     leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
     hit_distance = np.zeros(n)  # no hit is nearer than this, m
     rollouts[0] = start
-    steps = len(discs) - 1 if most == np.inf or least_cost(start, scene.line, scene.limits, radius) < most else 0
+    steps = (
+        len(discs) - 1 if most == np.inf or compute_least_cost(start, scene.line, scene.limits, radius) < most else 0
+    )
     for s in range(steps):
         choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities, hit_distance)
         for m in range(n):
@@ -428,7 +436,7 @@ def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
         if leaders[m] < m:
             rollouts[m] = rollouts[leaders[m]]
         else:
-            rollouts[m].cost = total_cost(rollouts[m], discs, scene)
+            rollouts[m].cost = compute_total_cost(rollouts[m], discs, scene)
 
 
 @leaf
@@ -449,7 +457,7 @@ def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities
         wanted_velocity = choose_velocity(manoeuvres[m], rollouts[last_leader], scene.line, limits, settings)
         if brakes[last_leader]:
             wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
-        velocity, mean = ramp_velocity(velocity_at_end(rollouts[last_leader]), wanted_velocity, STEP, limits)
+        velocity, mean = ramp_velocity(read_end_velocity(rollouts[last_leader]), wanted_velocity, STEP, limits)
         put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
         leaders[m] = find_leader(velocities, last_leaders, m)
         if leaders[m] == m != last_leader:
@@ -469,17 +477,17 @@ def drive_step(rollout, velocities, m, hit_distance, scene):
     rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
     if not is_free:
-        rollout.region = region_around(scene.regions, rollout.region, pose.x, pose.y)
+        rollout.region = find_region_around(scene.regions, rollout.region, pose.x, pose.y)
         is_free = rollout.region >= 0
     reach = (1.0 + WALL_ZONE) * radius
     hit_distance -= abs(way) + 1e-9
     if hit_distance <= reach:
-        hit_distance = nearest_hit(pose.x, pose.y, scene.hits)
+        hit_distance = measure_nearest_hit(pose.x, pose.y, scene.hits)
     clearance = max(min(hit_distance, reach) - radius, 0.0)
     if is_free or clearance > rollout.clearance:
         rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance
         rollout.least_clearance = min(rollout.least_clearance, clearance)
-        rollout.way_point = next_way_point(scene.line, rollout.way_point, pose.x, pose.y, radius)
+        rollout.way_point = find_next_way_point(scene.line, rollout.way_point, pose.x, pose.y, radius)
     else:
         rollout.ahead = rollout.aside = hit_distance = 0.0
     rollout.time += STEP
@@ -497,15 +505,15 @@ def note_arrival(rollout, line, settings):
 
 
 @leaf
-def total_cost(rollout, discs, scene):
+def compute_total_cost(rollout, discs, scene):
     """Return what a rollout costs, s."""
     line, limits, radius = scene.line, scene.limits, scene.settings.radius
     comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
     if time == np.inf:  # else it has been at the goal, wherever it goes to make way
-        comfort_cost = max(comfort_cost, comfort_to_go(rollout, discs, line, limits, radius))
-        pose, velocity = Pose(rollout.x, rollout.y, rollout.yaw), velocity_at_end(rollout)
-        time = rollout.time + time_to_go(line, scene.times_left, rollout.way_point, pose, velocity, limits)
-    return comfort_cost + rollout.risk + wall_cost(rollout, radius) + time + rollout.change_cost
+        comfort_cost = max(comfort_cost, compute_comfort_to_go(rollout, discs, line, limits, radius))
+        pose, velocity = Pose(rollout.x, rollout.y, rollout.yaw), read_end_velocity(rollout)
+        time = rollout.time + compute_time_to_go(line, scene.times_left, rollout.way_point, pose, velocity, limits)
+    return comfort_cost + rollout.risk + compute_wall_cost(rollout, radius) + time + rollout.change_cost
 
 
 @leaf
@@ -521,7 +529,7 @@ def find_leader(velocities, leaders, m):
 
 
 @leaf
-def velocity_at_end(rollout):
+def read_end_velocity(rollout):
     """Return the `Velocity` at the end of a rollout."""
     return Velocity(rollout.ahead, rollout.aside, rollout.turning)
 
@@ -534,12 +542,12 @@ def choose_velocity(manoeuvre, rollout, line, limits, settings):
         return Velocity(manoeuvre.ahead, manoeuvre.aside, manoeuvre.turning)
     if manoeuvre.kind == DRIVE_IN_DIRECTION:
         course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
-        return velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
+        return find_velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
     is_last, arrived = k == len(line) - 1, ARRIVED * settings.radius
     if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
-    wanted = velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
+    wanted = find_velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
     if is_last:
         wanted = cap_speed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
     return wanted
@@ -619,7 +627,7 @@ def add_nearness(rollout, discs, s, radius):
 
 
 @leaf
-def comfort_to_go(rollout, discs, line, limits, radius):
+def compute_comfort_to_go(rollout, discs, line, limits, radius):
     """Return the comfort lost to movers that the end of a rollout leaves to be passed on the way to its way point, s.
 
     As if robot and movers went straight on, the robot at full speed.
@@ -641,21 +649,21 @@ def comfort_to_go(rollout, discs, line, limits, radius):
 
 
 @leaf
-def least_cost(rollout, line, limits, radius):
+def compute_least_cost(rollout, line, limits, radius):
     """Return what a rollout costs at least, however it goes on, s."""
     way = max(math.hypot(line[-1, 0] - rollout.x, line[-1, 1] - rollout.y) - ARRIVED * radius, 0.0)
     time = min(rollout.arrival_time, rollout.time + way / limits.max_speed)
-    return rollout.comfort_cost + rollout.risk + wall_cost(rollout, radius) + rollout.change_cost + time
+    return rollout.comfort_cost + rollout.risk + compute_wall_cost(rollout, radius) + rollout.change_cost + time
 
 
 @leaf
-def wall_cost(rollout, radius):
+def compute_wall_cost(rollout, radius):
     """Return what a rollout costs for its least clearance to static obstacles, s."""
     return WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
 
 
 @leaf
-def nearest_hit(x, y, hits):
+def measure_nearest_hit(x, y, hits):
     """Return the distance from a place to the nearest hit, m; infinite without any."""
     nearest = np.inf
     for q in range(len(hits)):
@@ -665,7 +673,7 @@ def nearest_hit(x, y, hits):
 
 
 @kernel
-def region_around(regions, region, x, y):
+def find_region_around(regions, region, x, y):
     """Return the index of a region that contains (x, y), or -1; `region`, which held the last place, is tried first."""
     if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
         return region

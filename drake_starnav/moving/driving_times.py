@@ -6,11 +6,11 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.robot.limits import Velocity, time_from_rest, wrap_angle
+from drake_starnav.robot.limits import Velocity, compute_time_from_rest, wrap_angle
 
 
 @leaf
-def next_way_point(line, k, x, y, radius):
+def find_next_way_point(line, k, x, y, radius):
     """Return the way point that a robot of a radius heads for once it has passed k.
 
     A taut path bends around the obstacle that hides the following way point. That way point comes into view where the
@@ -29,7 +29,7 @@ def next_way_point(line, k, x, y, radius):
 
 
 @kernel
-def times_along(line, limits):
+def compute_times_along(line, limits):
     """Return the times from each way point to the end, starting along the next leg at full speed, shape (n,), s."""
     times = np.zeros(len(line))
     next_heading = 0.0
@@ -38,20 +38,25 @@ def times_along(line, limits):
         heading = math.atan2(dy, dx)
         times[k] = math.hypot(dx, dy) / limits.max_speed + times[k + 1]
         if k + 2 < len(line):
-            times[k] += heading_loss(wrap_angle(next_heading - heading), full_speed(limits), limits)
+            times[k] += compute_heading_loss(wrap_angle(next_heading - heading), full_speed(limits), limits)
         next_heading = heading
     return times
 
 
 @leaf
-def time_to_go(line, times_left, k, pose, velocity, limits):
-    """Return the time from a `Pose`, at a `Velocity`, over the way points from k on, s; `times_left`: `times_along`."""
+def compute_time_to_go(line, times_left, k, pose, velocity, limits):
+    """Return the time from a `Pose`, at a `Velocity`, over the way points from k on, s.
+
+    `times_left` are from `compute_times_along`.
+    """
     dx, dy = line[k, 0] - pose.x, line[k, 1] - pose.y
     heading = math.atan2(dy, dx)
-    time = math.hypot(dx, dy) / limits.max_speed + heading_loss(wrap_angle(heading - pose.yaw), velocity, limits)
+    time = math.hypot(dx, dy) / limits.max_speed + compute_heading_loss(
+        wrap_angle(heading - pose.yaw), velocity, limits
+    )
     if k + 1 < len(line):
         leg = math.atan2(line[k + 1, 1] - line[k, 1], line[k + 1, 0] - line[k, 0])
-        time += times_left[k] + heading_loss(wrap_angle(leg - heading), full_speed(limits), limits)
+        time += times_left[k] + compute_heading_loss(wrap_angle(leg - heading), full_speed(limits), limits)
     return time
 
 
@@ -62,7 +67,7 @@ def full_speed(limits):
 
 
 @leaf
-def heading_loss(error, velocity, limits):
+def compute_heading_loss(error, velocity, limits):
     """Return the time lost until a robot with this heading error and `Velocity` drives along its path at full speed, s.
 
     The duration of the turn, unless the base needs none, plus the time lost while the speed along the path grows to the
@@ -75,12 +80,15 @@ def heading_loss(error, velocity, limits):
     if limits.steers > 0.0:
         speed = limits.max_speed
         rates = speed * limits.max_yaw_rate, speed * limits.max_yaw_acceleration
-        return turning_time(error, velocity.turning * velocity.ahead, rates) + speed_up_time
-    return turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + speed_up_time
+        return compute_turning_time(error, velocity.turning * velocity.ahead, rates) + speed_up_time
+    return (
+        compute_turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration))
+        + speed_up_time
+    )
 
 
 @leaf
-def turning_time(angle, rate, most):
+def compute_turning_time(angle, rate, most):
     """Return the least time in which a robot that turns at `rate` turns by `angle` and stops, s.
 
     `most` are its largest turning rate, rad/s, and change of that, rad/s^2.
@@ -98,7 +106,7 @@ def turning_time(angle, rate, most):
 
 
 @leaf
-def time_to_escape(distance, limits):
+def compute_time_to_escape(distance, limits):
     """Return the time in which a robot that stands drives a distance (m) out of the way of a mover, s.
 
     Forwards or backwards, after a turn by an eighth of a circle, the mean of what is needed; no turn if it steers or is
@@ -106,5 +114,5 @@ def time_to_escape(distance, limits):
     """
     turn = 0.0
     if limits.holonomic == 0.0 and limits.steers == 0.0:
-        turn = turning_time(0.25 * math.pi, 0.0, (limits.max_yaw_rate, limits.max_yaw_acceleration))
-    return turn + time_from_rest(distance, limits.max_speed, limits.max_acceleration)
+        turn = compute_turning_time(0.25 * math.pi, 0.0, (limits.max_yaw_rate, limits.max_yaw_acceleration))
+    return turn + compute_time_from_rest(distance, limits.max_speed, limits.max_acceleration)

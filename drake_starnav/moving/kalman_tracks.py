@@ -240,7 +240,7 @@ def _update_rows(tracks, last_scan, beams, beam_motion, pose, scan_start, limits
             beams, clusters_found[c], points, sensor_position, max_radius
         )
     predicted = predict_rows(tracks, time - last_scan[0])
-    matched_track = match_tracks(cluster_discs, predicted.position, _association_gates(predicted, time))
+    matched_track = match_tracks(cluster_discs, predicted.position, _compute_association_gates(predicted, time))
     is_remembered = np.ones(track_count, np.bool_)
     is_remembered[matched_track[matched_track >= 0]] = False
     for k in range(track_count):
@@ -321,7 +321,7 @@ def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, 
         rows.mean_velocity[k, i] += gain * (displacement / step - rows.mean_velocity[k, i])
         rows.position[k, i], rows.velocity[k, i] = position[i], velocity[i]
     rows.aspect_rate[k] += gain * (
-        _turn_of_sight(last_position, previous_sensor, sensor_position) / step - rows.aspect_rate[k]
+        _measure_turn_of_sight(last_position, previous_sensor, sensor_position) / step - rows.aspect_rate[k]
     )
     rows.variance[k, 0], rows.variance[k, 1] = (1.0 - gain_p) * p, (1.0 - gain_p) * p_v
     rows.variance[k, 2] = v - gain_v * p_v
@@ -331,7 +331,7 @@ def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, 
 
 
 @kernel
-def _turn_of_sight(target, previous_sensor, sensor):
+def _measure_turn_of_sight(target, previous_sensor, sensor):
     """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
     a = target[0] - previous_sensor[0]
     b = target[1] - previous_sensor[1]
@@ -341,7 +341,7 @@ def _turn_of_sight(target, previous_sensor, sensor):
 
 
 @kernel
-def _association_gates(rows, time):
+def _compute_association_gates(rows, time):
     """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
     gates = GATE + GATE_SPEED * (time - rows.last_seen)
     return np.minimum(gates + np.where(rows.scan_count < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)

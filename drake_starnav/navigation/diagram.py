@@ -7,7 +7,7 @@ from drake_starnav.navigation.wiring import add_navigation
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import list_station_outputs
 from drake_starnav.station.plant import make_simulator_config
-from drake_starnav.systems.connecting import outputs
+from drake_starnav.systems.connecting import list_outputs
 
 
 class NavigationDiagram(Diagram):
@@ -27,7 +27,7 @@ class NavigationDiagram(Diagram):
         self.navigation = add_navigation(builder, scenario, parts, seed)
         for name in ("planner", "matcher", "controller", "shield"):
             system = getattr(self.navigation, name)
-            for port_name, port in ({} if system is None else outputs(system)).items():
+            for port_name, port in ({} if system is None else list_outputs(system)).items():
                 builder.ExportOutput(port, f"{name}.{port_name}")
         station = self.navigation.station
         for name in list_station_outputs(len(station.mounts)):

@@ -17,7 +17,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.scenario.shipped import import_own_method
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.surroundings.perception import Perceive
-from drake_starnav.systems.connecting import output_port, outputs
+from drake_starnav.systems.connecting import find_output_port, list_outputs
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
@@ -146,13 +146,13 @@ class Navigation:
             signals["ranges"] = self.station.GetOutputPort("lidar.ranges")
         if self.goal is not None:
             signals["goal"] = self.goal_position
-            signals |= {name: port for name, port in outputs(self.goal).items() if name == "heading"}
+            signals |= {name: port for name, port in list_outputs(self.goal).items() if name == "heading"}
         if self.perception is not None:
             perception = self.matcher or self.perception
             signals |= {name: perception.GetOutputPort(name) for name in ("observation", "surroundings")}
         if self.matcher is None and self.tracker is not None:  # else they are in the frame of the odometry
             signals["tracks"] = self.tracker.GetOutputPort("tracks")
-        return signals if self.planner is None else outputs(self.planner) | signals
+        return signals if self.planner is None else list_outputs(self.planner) | signals
 
     def localization(self, name: str) -> OutputPort:
         """The port `pose`, `state` or `scan_pose` in the world frame of planner and goal."""
@@ -165,11 +165,11 @@ class Navigation:
         """The port of the goal, (x, y) in W, m."""
         if self.goal is None:
             raise StarnavError("the navigation has no goal; allowed: one, as a FixedGoal")
-        return output_port(self.goal, "goal", 2, "goal")
+        return find_output_port(self.goal, "goal", 2, "goal")
 
     def planned(self, name: str, kind: type | None = None) -> OutputPort | None:
         """The planner's port of a name; None without a planner, or of one that has no such port, or not of a kind."""
-        port = None if self.planner is None else outputs(self.planner).get(name)
+        port = None if self.planner is None else list_outputs(self.planner).get(name)
         if port is None or kind is None:
             return port
         abstract = port.get_data_type() == PortDataType.kAbstractValued
@@ -178,14 +178,16 @@ class Navigation:
     @property
     def certificate(self) -> OutputPort | None:
         """The port of the certificate, in the same frame; None of a shield that has no such port."""
-        if self.shield is None or "certificate" not in outputs(self.shield):
+        if self.shield is None or "certificate" not in list_outputs(self.shield):
             return None
         return (self.matcher or self.shield).GetOutputPort("certificate")
 
     @property
     def twist_command(self) -> OutputPort | None:
         """The port of the twist that is driven; None without a shield."""
-        return None if self.shield is None else output_port(self.shield, "twist_command", self.twist_size, "shield")
+        return (
+            None if self.shield is None else find_output_port(self.shield, "twist_command", self.twist_size, "shield")
+        )
 
     @property
     def twist_size(self) -> int:

@@ -9,7 +9,7 @@ from drake_starnav.errors import UnsupportedError
 from drake_starnav.localization.scan_matching import UNSEEN_JUMP
 from drake_starnav.navigation.methods import LoopConfig
 from drake_starnav.navigation.parts import Navigation
-from drake_starnav.systems.connecting import output_port
+from drake_starnav.systems.connecting import find_output_port
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.state_predictor import StatePredictor
 
@@ -69,7 +69,7 @@ def _find_baseline_sources(
         "state": station.GetOutputPort("localization.state"),
     }
     if navigation.planner is not None:
-        sources["short_term_goal"] = output_port(navigation.planner, "short_term_goal", 2, "planner")
+        sources["short_term_goal"] = find_output_port(navigation.planner, "short_term_goal", 2, "planner")
     if baseline.knows_obstacles:
         count = len(world.polygons)
         if count or world.model is not None or len(world.moving_obstacles):

@@ -26,7 +26,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, StationInterface
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.surroundings.perception import perceive
-from drake_starnav.systems.connecting import add_system, connect, connect_inputs, output_port, outputs
+from drake_starnav.systems.connecting import add_system, connect, connect_inputs, find_output_port, list_outputs
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -104,7 +104,7 @@ def add_navigation(
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
     _connect_control(builder, config, parts, navigation)
     connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
-    if navigation.matcher is not None and "certificate" in outputs(shield):
+    if navigation.matcher is not None and "certificate" in list_outputs(shield):
         builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
     return navigation
 
@@ -221,7 +221,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     )
     perception = add_system(builder, "perception", perception, "perception")
     for name in ("observation", "surroundings"):
-        output_port(perception, name, None, "perception")
+        find_output_port(perception, name, None, "perception")
     scans_by_name = dict(zip(names, scans, strict=True))
     if own is None:
         scans_by_name["pose"] = scan_pose  # that of the scan, as our perception calls it
@@ -256,11 +256,11 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
         stopwatch=config.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")
-    if "guidance" in outputs(planner) and parts.controller is None:
-        guidance_value = output_port(planner, "guidance", None, "planner").Allocate().get_value()
+    if "guidance" in list_outputs(planner) and parts.controller is None:
+        guidance_value = find_output_port(planner, "guidance", None, "planner").Allocate().get_value()
         check_kind(guidance_value, Guidance, "planner: output port guidance", "whose path a controller follows")
     connect_inputs(builder, planner, navigation.signals, "planner")
-    if matcher is not None and "guidance" in outputs(planner):
+    if matcher is not None and "guidance" in list_outputs(planner):
         connect(builder, planner.GetOutputPort("guidance"), matcher.GetInputPort("guidance"), "planner")
     return dataclasses.replace(navigation, planner=planner)
 
@@ -272,10 +272,12 @@ def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, 
     sources = driven_sources | find_control_sources(builder, config, navigation)
     own = _make_own_system(parts.controller) is not None
     if not own and config.method.guided and "guidance" not in sources:
-        names = ", ".join(outputs(navigation.planner)) or "none"
+        names = ", ".join(list_outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
     connect_inputs(
         builder, navigation.controller, navigation.signals | driven_sources if own else sources, "controller"
     )
-    sources["desired_twist"] = output_port(navigation.controller, "desired_twist", navigation.twist_size, "controller")
+    sources["desired_twist"] = find_output_port(
+        navigation.controller, "desired_twist", navigation.twist_size, "controller"
+    )
     connect_inputs(builder, navigation.shield, sources, "shield")

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.control.modulation import boundary_at
+from drake_starnav.control.modulation import evaluate_boundary
 from drake_starnav.paper import choices
 from drake_starnav.surroundings.region_union import RegionUnion
 
@@ -37,7 +37,7 @@ def evaluate_level(position: np.ndarray, regions: RegionUnion, k: int) -> Level:
     offset = position - regions.center[k]
     distance = max(math.hypot(offset[0], offset[1]), 1e-9)
     theta = math.atan2(offset[1], offset[0])  # Eq. (11): the printed arctan of a ratio loses half the plane
-    phi, slope = boundary_at(regions.values[k], regions.slopes[k], regions.bearing_0[k], theta)
+    phi, slope = evaluate_boundary(regions.values[k], regions.slopes[k], regions.bearing_0[k], theta)
     gamma = min((phi / distance) ** choices.SIGMA, LARGEST_GAMMA)
     return Level(gamma, np.array((math.cos(theta), math.sin(theta))), compute_boundary_tangent(theta, phi, slope))
 

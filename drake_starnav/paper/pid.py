@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.paper import choices
 from drake_starnav.robot import Limits
-from drake_starnav.robot.limits import Velocity, limit_value, stopping_speed, velocity_towards, wrap_angle
+from drake_starnav.robot.limits import Velocity, compute_stopping_speed, find_velocity_towards, limit_value, wrap_angle
 
 
 def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:
@@ -16,8 +16,8 @@ def turn_towards(vector: np.ndarray, yaw: float, clearance: float, limits: Limit
     which the robot stops within its clearance (m), as the vector turns at once where p_n changes sides, and it cannot.
     """
     error = wrap_angle(math.atan2(vector[1], vector[0]) - yaw)
-    near_speed = max(choices.CREEP, stopping_speed(max(clearance, 0.0), limits.max_deceleration))
-    return Velocity(*velocity_towards(error, min(choices.SPEED, near_speed, limits.max_speed), limits))
+    near_speed = max(choices.CREEP, compute_stopping_speed(max(clearance, 0.0), limits.max_deceleration))
+    return Velocity(*find_velocity_towards(error, min(choices.SPEED, near_speed, limits.max_speed), limits))
 
 
 def follow_authors_pid(vector: np.ndarray, yaw: float, clearance: float, limits: Limits) -> Velocity:

@@ -11,7 +11,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.paper import choices
-from drake_starnav.surroundings.erosion import FreeRange, count_bearings, field_of_view, free_limit
+from drake_starnav.surroundings.erosion import FreeRange, compute_free_limit, count_bearings, find_field_of_view
 from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_segments
 from drake_starnav.surroundings.star_region import StarRegion, fit_region
 
@@ -91,5 +91,5 @@ def make_range_profile(
     samples = samples or count_bearings(scan)
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = free_limit(field_of_view(scan), samples, max(min(scan.range_max, reach) - less, 0.0))
+    limit = compute_free_limit(find_field_of_view(scan), samples, max(min(scan.range_max, reach) - less, 0.0))
     return FreeRange(np.clip(distance[beam] - less, 0.0, limit), limit, 0.0, radius)

@@ -24,7 +24,9 @@ class GoalCandidates(NamedTuple):
     places: np.ndarray
 
 
-def goal_candidates(hits: Grid, goal: np.ndarray, tolerance: float, radius: float, margin: float) -> GoalCandidates:
+def list_goal_candidates(
+    hits: Grid, goal: np.ndarray, tolerance: float, radius: float, margin: float
+) -> GoalCandidates:
     """Return the goal if it is clear of known hits; else all suitable places, and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.

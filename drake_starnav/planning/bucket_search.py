@@ -13,11 +13,11 @@ NEIGHBOURHOOD = 150
 
 
 @kernel
-def bucket_dijkstra(weight, cost, goal, source):
+def search_buckets(weight, cost, goal, source):
     """Run Dial's bucket A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
 
     It fills `cost`, which begins as zeros, in hundredths of a cell less UNREACHED. It stops once every open cell's f =
-    cost + heuristic exceeds the cost from the source, or if that is blocked from the cells about it, by more than
+    cost + estimate exceeds the cost from the source, or if that is blocked from the cells about it, by more than
     NEIGHBOURHOOD.
 
     Args:
@@ -35,7 +35,7 @@ def bucket_dijkstra(weight, cost, goal, source):
     rows, columns = np.array([1, 1, 0, -1, -1, -1, 0, 1]), np.array([0, 1, 1, 1, 0, -1, -1, -1])  # by bearing
     start = gi * ny + gj
     costs[start] = -UNREACHED
-    bucket = heuristic(gi, gj, si, sj) & (BUCKETS - 1)
+    bucket = estimate_cost(gi, gj, si, sj) & (BUCKETS - 1)
     for k in range(2):  # as if reached in two opposite directions, from where its neighbours are all those of either
         entries[k, 0], entries[k, 1], entries[k, 2] = 8 * start + 4 * k, -UNREACHED, k - 1
     head[bucket] = 1
@@ -57,7 +57,7 @@ def bucket_dijkstra(weight, cost, goal, source):
                 continue
             i = c // ny
             j = c - i * ny
-            f = reached + UNREACHED + heuristic(i, j, si, sj)
+            f = reached + UNREACHED + estimate_cost(i, j, si, sj)
             if si >= 0 and abs(i - si) <= around and abs(j - sj) <= around:
                 best = min(best, f)
             if f > best + NEIGHBOURHOOD:
@@ -70,7 +70,7 @@ def bucket_dijkstra(weight, cost, goal, source):
                 candidate = reached + w[n] * (14 if k & 1 else 10)
                 if candidate < costs[n]:
                     costs[n] = candidate
-                    b = (candidate + UNREACHED + heuristic(i + rows[k], j + columns[k], si, sj)) & (BUCKETS - 1)
+                    b = (candidate + UNREACHED + estimate_cost(i + rows[k], j + columns[k], si, sj)) & (BUCKETS - 1)
                     if spare < 0:
                         e, used = used, used + 1
                     else:
@@ -81,7 +81,7 @@ def bucket_dijkstra(weight, cost, goal, source):
 
 
 @leaf
-def heuristic(i, j, si, sj):
+def estimate_cost(i, j, si, sj):
     """Return the least cost from a cell to the source (si, sj), in hundredths of a cell; 0 without a source (-1)."""
     if si < 0:
         return 0

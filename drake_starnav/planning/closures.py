@@ -78,7 +78,7 @@ def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     )
 
 
-def blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
+def find_blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
     """Return the causes of the walls but for which a way might be left; empty: there are none."""
     roadmap, walls = state.roadmap, state.roadmap.closures.keep_out_points
 
@@ -117,7 +117,7 @@ def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     return across if clear.all() else np.vstack((across[clear], places))
 
 
-def narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+def find_narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     """Return what shows that the robot does not fit through a gap ahead which hits seem to close, shape (n, 2), W, m.
 
     Nothing, shape (0, 2), if nothing does.

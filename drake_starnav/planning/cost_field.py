@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.planning.bucket_search import UNREACHED, bucket_dijkstra
+from drake_starnav.planning.bucket_search import UNREACHED, search_buckets
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.grid import BLOCK, STRIDE, TILE, Grid
 
@@ -72,7 +72,7 @@ class CostmapParams(NamedTuple):
     swept_radius: float = 0.0
 
 
-def cost_to_go(
+def compute_cost_to_go(
     grid: Grid,
     goal: np.ndarray,
     low: np.ndarray,
@@ -107,7 +107,7 @@ def cost_to_go(
     cost = np.zeros(weight.shape, np.int32)
     end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
     begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
-    bucket_dijkstra(weight, cost, tuple(end.tolist()), tuple(begin.tolist()))
+    search_buckets(weight, cost, tuple(end.tolist()), tuple(begin.tolist()))
     return CostField(cost, weight, origin, cell, grid)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.closed_places import CLOSED
-from drake_starnav.planning.grid import HIT_ERROR, distance_at
+from drake_starnav.planning.grid import HIT_ERROR, measure_distance_at
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, find_cover
 
@@ -80,7 +80,7 @@ def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
             u, v = x + beyond * dy / length, y - beyond * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
-            is_open[n] = distance_at(hits, u, v) > radius - HIT_ERROR * radius
+            is_open[n] = measure_distance_at(hits, u, v) > radius - HIT_ERROR * radius
             for j in range(len(closures)):
                 is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSED * radius
             is_open[n] = is_open[n] and find_cover(union, u, v, COVER_SLACK * radius) < 0

@@ -161,7 +161,7 @@ class Grid:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the distance from each point's cell to the nearest hit, at most `cap`; shape (n, 2) -> (n,), m."""
-        return _distances(self.arrays, np.ascontiguousarray(points, dtype=float))
+        return _measure_distances(self.arrays, np.ascontiguousarray(points, dtype=float))
 
     def coarse(self, middles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the STRIDE x STRIDE cells in coarse cells of these centres, shape (k, 2), W, m.
@@ -241,16 +241,16 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 
 
 @kernel
-def _distances(grid, points):
+def _measure_distances(grid, points):
     """Run the loop of `Grid.distance`."""
     out = np.empty(len(points))
     for n in range(len(points)):
-        out[n] = distance_at(grid, points[n, 0], points[n, 1])
+        out[n] = measure_distance_at(grid, points[n, 0], points[n, 1])
     return out
 
 
 @leaf
-def distance_at(grid, x, y):
+def measure_distance_at(grid, x, y):
     """Return the distance from the cell of (x, y) to the nearest hit, at most the cap, m, by the `arrays` of a grid."""
     tiles, rows, first, resolution, cap = grid
     i, j = int(round(x / resolution)), int(round(y / resolution))

@@ -45,8 +45,8 @@ def look_along_path(state: PlannerState, progress: Progress, inputs: PlannerInpu
 
     Most bases turn so by themselves.
     """
-    scan, path_bearing = inputs.observation.scan, bearing_of_path(state, inputs)
-    is_unseen = np.abs(bearings_from_path(path_bearing, inputs)).min() > scan.angle_increment
+    scan, path_bearing = inputs.observation.scan, find_path_bearing(state, inputs)
+    is_unseen = np.abs(measure_bearings_from_path(path_bearing, inputs)).min() > scan.angle_increment
     is_blind = is_unseen and inputs.time - progress.time > LOOKS_AFTER
     looks = math.isfinite(state.progress.unseen_heading)
     if not is_blind and (not looks or is_facing(inputs, state.route.path[0])):
@@ -59,11 +59,11 @@ def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInp
 
     One that is no disc may turn where it begins, and faces its path before it leaves.
     """
-    path_bearing, way_point = bearing_of_path(state, inputs), state.route.path[0]
+    path_bearing, way_point = find_path_bearing(state, inputs), state.route.path[0]
     if may_turn_at_start(state, inputs) and math.cos(path_bearing) < math.cos(LOOKED):
         return start_turn(progress._replace(standing_since=inputs.time), path_bearing, inputs)
     scan, turns = inputs.observation.scan, is_turning(state)
-    from_path = np.abs(bearings_from_path(path_bearing, inputs))
+    from_path = np.abs(measure_bearings_from_path(path_bearing, inputs))
     is_near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
     unseen = np.flatnonzero(is_near & (from_path <= 0.5 * math.pi))
     patience = STILL_TURNS if turns and not math.isfinite(state.progress.unseen_heading) else LOOKS_AFTER
@@ -88,13 +88,13 @@ def may_turn_at_start(state: PlannerState, inputs: PlannerInput) -> bool:
     return is_early and driven < BEGINS_WITHIN * inputs.robot_radius
 
 
-def bearing_of_path(state: PlannerState, inputs: PlannerInput) -> float:
+def find_path_bearing(state: PlannerState, inputs: PlannerInput) -> float:
     """Return the bearing of the first way point from the robot's heading, rad, not wrapped."""
     (x, y, yaw), way_point = inputs.observation.pose.tolist(), state.route.path[0]
     return math.atan2(way_point[1] - y, way_point[0] - x) - yaw
 
 
-def bearings_from_path(path_bearing: float, inputs: PlannerInput) -> np.ndarray:
+def measure_bearings_from_path(path_bearing: float, inputs: PlannerInput) -> np.ndarray:
     """Return the angles of the beams from the bearing of the path, shape (n,), in [-pi, pi), rad."""
     return np.mod(inputs.observation.scan.bearings - path_bearing + math.pi, 2.0 * math.pi) - math.pi
 

@@ -37,18 +37,18 @@ RUN_BEAMS = 3.0
 """A surface is gone if a new scan sees through a part of it that is at least this many of its beams wide."""
 
 
-def mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
+def find_mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
     """Return static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
     scan, hit = observation.scan, observation.scan.mappable_hits
     return scan.points_at(scan.distances, hit, observation.pose), measure_half_gaps(scan.distances, scan.beams)[hit]
 
 
-def seen_through(old: Observation, new: Observation, slack: float) -> float:
+def measure_share_seen_through(old: Observation, new: Observation, slack: float) -> float:
     """Return the share of an old scan's hits around which a new scan observed free space, by `slack` (m) on all sides.
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    behind, _ = _measure_free_range(mappable_hits(old)[0], new, slack)
+    behind, _ = _measure_free_range(find_mappable_hits(old)[0], new, slack)
     through = np.count_nonzero(behind > slack)
     return 0.0 if through < FEWEST_HITS else through / np.count_nonzero(behind == behind)
 
@@ -83,7 +83,7 @@ def forget_contradicted(
         return nodes
     slack, hits = CONTRADICTION * robot_radius, [node.scan.mappable_hits for node in nodes]
     counts = [np.count_nonzero(each) for each in hits]
-    points = np.concatenate([mappable_hits(node)[0] for node in nodes])
+    points = np.concatenate([find_mappable_hits(node)[0] for node in nodes])
     spacing = np.concatenate(
         [node.scan.distances[each] * node.scan.angle_increment for node, each in zip(nodes, hits, strict=True)]
     )
@@ -122,7 +122,7 @@ def _measure_free_range(points: np.ndarray, seen: Observation, slack: float) -> 
     return behind - distance, beam
 
 
-def consistent_regions(
+def find_consistent_regions(
     roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float
 ) -> Sequence[StarRegion | None]:
     """Return the nodes' regions without the parts that a new scan contradicts by more than CONTRADICTION.
@@ -139,18 +139,18 @@ def consistent_regions(
     """
     if not len(roadmap):
         return roadmap.regions
-    new_hits = mappable_hits(observation)
+    new_hits = find_mappable_hits(observation)
     regions = list[StarRegion | None](roadmap.regions)
     slack, gap = CONTRADICTION * robot_radius, float(new_hits[1].max(initial=0.0))
     sizes = max(robot_radius + margins.preferred - slack, 0.0), JUMP * robot_radius - slack
-    for k in _near_hits(roadmap.union, new_hits[0], robot_radius, sizes, gap).tolist():
+    for k in _find_contradicted_regions(roadmap.union, new_hits[0], robot_radius, sizes, gap).tolist():
         region = roadmap.regions[k]
         regions[k] = _cut_back_to_hits(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
         reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
         near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
         for k in np.flatnonzero(near).tolist():
-            if seen_through(roadmap.nodes[k], observation, slack) > SEEN_THROUGH_SHARE:
+            if measure_share_seen_through(roadmap.nodes[k], observation, slack) > SEEN_THROUGH_SHARE:
                 regions[k] = None
     unchanged = all(new is old for new, old in zip(regions, roadmap.regions, strict=True))
     return roadmap.regions if unchanged else regions
@@ -168,7 +168,7 @@ def _cut_back_to_hits(region: StarRegion, points: np.ndarray, gaps: np.ndarray, 
 
 
 @kernel
-def _near_hits(union, points, reach, sizes, gap):
+def _find_contradicted_regions(union, points, reach, sizes, gap):
     """Return the indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
 
     That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc about a hit with half

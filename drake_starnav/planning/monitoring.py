@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import Beams
-from drake_starnav.planning.grid import distance_at
+from drake_starnav.planning.grid import measure_distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridge_hits
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
@@ -123,7 +123,7 @@ def _has_doubt(way, x, y, hits, robot_radius):
     """Return whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
     for i in range(len(way)):
         near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius
-        if near and distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
+        if near and measure_distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
             return True
     return False
 

@@ -6,18 +6,18 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.planning.closures import (
     AVERAGED_SCANS,
     add_latest_node,
-    blocking_zones,
     close_path,
+    find_blocking_zones,
+    find_narrow_gap_hits,
     is_probe_occluded,
-    narrow_gap_hits,
     reopen_closures,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.impassable import inflated_hits
+from drake_starnav.planning.impassable import inflate_hits
 from drake_starnav.planning.looking import sees_exit_after_turn, turn_to_unseen
-from drake_starnav.planning.map_revision import consistent_regions
+from drake_starnav.planning.map_revision import find_consistent_regions
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, is_facing, is_turning
-from drake_starnav.planning.roadmap import StarRoadmap, replace_regions, uncovered_share
+from drake_starnav.planning.roadmap import StarRoadmap, measure_uncovered_share, replace_regions
 from drake_starnav.planning.route import find_route
 from drake_starnav.planning.state import (
     EMPTY_PATH,
@@ -102,7 +102,7 @@ def track_progress(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerSt
     A robot may stand at its goal, without scans, and where it may be giving way; a manoeuvre has a patience of its own.
     """
     progress, gives_up = state.progress, state.manoeuvre.gives_up
-    has_moved = not distance_to(inputs.position, progress.position) <= progress_distance(inputs)
+    has_moved = not distance_to(inputs.position, progress.position) <= find_progress_distance(inputs)
     manoeuvres = len(state.manoeuvre.poses) > 0
     if may_stand(state, inputs) or ((has_moved or manoeuvres) and not gives_up):
         progress = progress._replace(position=inputs.position.copy(), time=inputs.time)
@@ -120,7 +120,7 @@ def may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
     if scan.motion is not None and is_any_near(scan.distances[scan.moving], inputs):
         return True
     approaches = state.status is PlannerStatus.APPROACHING and len(state.route.path) > 0
-    reach = max(inputs.goal_tolerance, progress_distance(inputs))
+    reach = max(inputs.goal_tolerance, find_progress_distance(inputs))
     return approaches and distance_to(inputs.position, state.route.path[-1]) < reach
 
 
@@ -129,7 +129,7 @@ def is_any_near(distances: np.ndarray, inputs: PlannerInput) -> bool:
     return bool((distances < AVOIDED * inputs.robot_radius).any())
 
 
-def progress_distance(inputs: PlannerInput) -> float:
+def find_progress_distance(inputs: PlannerInput) -> float:
     """Return the length of a motion that counts as progress, m."""
     return PROGRESS_DISTANCE * inputs.robot_radius
 
@@ -156,7 +156,7 @@ def update_roadmap(
     )
     if not (is_due or is_spaced):
         return state
-    regions = consistent_regions(state.roadmap, inputs.observation, inputs.margins, inputs.robot_radius)
+    regions = find_consistent_regions(state.roadmap, inputs.observation, inputs.margins, inputs.robot_radius)
     is_contradicted = regions is not state.roadmap.regions
     roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
     progress = state.progress._replace(node_position=inputs.position.copy())
@@ -173,7 +173,7 @@ def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, is_sp
     if check.sees_probe or check.is_outside or not len(state.roadmap):
         return True
     return is_spaced and not (
-        state.progress.began_with_map and uncovered_share(region, state.roadmap.union) <= NEW_SHARE
+        state.progress.began_with_map and measure_uncovered_share(region, state.roadmap.union) <= NEW_SHARE
     )
 
 
@@ -192,9 +192,9 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
         return state
     if is_at_exit(state, inputs) and not state.retrying:
         state = discard_path(state)
-    points = narrow_gap_hits(state, inputs) if check.is_doubtful or state.retrying else EMPTY_PATH
+    points = find_narrow_gap_hits(state, inputs) if check.is_doubtful or state.retrying else EMPTY_PATH
     if check.is_blocked:
-        points = np.vstack((points, inflated_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
+        points = np.vstack((points, inflate_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
     roadmap = replace_fields(state.roadmap, grid=state.roadmap.grid.add_hits(points))
@@ -223,7 +223,7 @@ def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> Plan
     """
     region = inputs.observation.region
     assert region is not None
-    is_boxed_in = region.reach < progress_distance(inputs) < region.limit.max()
+    is_boxed_in = region.reach < find_progress_distance(inputs) < region.limit.max()
     has_no_plan = state.progress.plan_count == 0
     is_first_scan = has_no_plan and not has_stalled
     state, route = find_open_route(state, is_first_scan, is_boxed_in, inputs)
@@ -266,7 +266,7 @@ def enter_dead_end(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """
     scan = inputs.observation.scan
     if not is_any_near(scan.distances[scan.may_leave], inputs):
-        return give_up(state, blocking_zones(state, inputs), inputs)
+        return give_up(state, find_blocking_zones(state, inputs), inputs)
     state = wait_for_obstacle(state, inputs)
     waits = state.status is PlannerStatus.WAITING
     moves = is_any_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
@@ -280,7 +280,7 @@ def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState
     """
     distance, patience = distance_to(inputs.position, inputs.goal), inputs.parameters.obstacle_patience
     dead_end = state.progress.dead_end
-    if dead_end is None or distance < dead_end.distance - progress_distance(inputs):
+    if dead_end is None or distance < dead_end.distance - find_progress_distance(inputs):
         dead_end = DeadEnd(inputs.time, distance)
     if patience and inputs.time - dead_end.since > patience:
         return give_up(state, f"an obstacle that may move, for which the robot has waited {patience:g} s", inputs)

@@ -11,7 +11,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.grid import Coverage, Grid
-from drake_starnav.planning.impassable import inflated_hits
+from drake_starnav.planning.impassable import inflate_hits
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
@@ -82,7 +82,7 @@ def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
         margins: of the regions.
         robot_radius: m.
     """
-    return append_node(roadmap, node, roadmap.grid.add_hits(inflated_hits(node, margins, robot_radius)))
+    return append_node(roadmap, node, roadmap.grid.add_hits(inflate_hits(node, margins, robot_radius)))
 
 
 def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoadmap:
@@ -140,7 +140,7 @@ def rebuild_grid(
     """Return a grid with no other hits than keep-outs and those of nodes."""
     grid = grid.without_hits().add_hits(closures.all_keep_outs)
     for node in nodes:
-        grid = grid.add_hits(inflated_hits(node, margins, robot_radius))
+        grid = grid.add_hits(inflate_hits(node, margins, robot_radius))
     return grid
 
 
@@ -172,7 +172,7 @@ def _find_edges(union):
     return edges
 
 
-def uncovered_share(region: StarRegion, others: RegionUnion) -> float:
+def measure_uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     """Return the share of a region's area that no other region covers, in [0, 1]; 0 for a region without area."""
     values = region.boundary.values
     chosen = np.arange(0, len(values), AREA_BEARINGS)

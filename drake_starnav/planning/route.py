@@ -6,8 +6,8 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
-from drake_starnav.planning.approach import goal_candidates
-from drake_starnav.planning.cost_field import CostField, CostmapParams, cost_to_go
+from drake_starnav.planning.approach import list_goal_candidates
+from drake_starnav.planning.cost_field import CostField, CostmapParams, compute_cost_to_go
 from drake_starnav.planning.frontiers import find_gaps
 from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.state import PlannerInput, PlannerState, Route
@@ -42,7 +42,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
     tolerance, margin = inputs.goal_tolerance, inputs.margins.preferred
-    candidates = goal_candidates(roadmap.grid, inputs.goal, tolerance, inputs.robot_radius, margin)
+    candidates = list_goal_candidates(roadmap.grid, inputs.goal, tolerance, inputs.robot_radius, margin)
     known = np.flatnonzero(current_region.as_union.contains(candidates.places) | union.contains(candidates.places))
     goal = candidates.places[known[0]] if len(known) else candidates.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
@@ -89,12 +89,14 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
     roadmap, position = state.roadmap, inputs.position
     places = np.vstack((roadmap.grid.bounds, roadmap.union.bounds, goal, position))
     border = AROUND * inputs.robot_radius
-    closures, doubt = roadmap.closures.failed, clearance_uncertainty(inputs)
+    closures, doubt = roadmap.closures.failed, compute_clearance_uncertainty(inputs)
     params = CostmapParams(inputs.robot_radius, closures, doubt, inputs.swept_radius)
-    return cost_to_go(roadmap.grid, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position)
+    return compute_cost_to_go(
+        roadmap.grid, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position
+    )
 
 
-def clearance_uncertainty(inputs: PlannerInput) -> float:
+def compute_clearance_uncertainty(inputs: PlannerInput) -> float:
     """Return by how much a cell's distance from the hits may be too small, m; less for a robot as small as a cell."""
     cell = inputs.parameters.cell(inputs.robot_radius)
     half_diagonal, most = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell

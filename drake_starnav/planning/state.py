@@ -15,7 +15,7 @@ from drake_starnav.planning.frontiers import find_all_gaps
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.string_pulling import farthest_in_sight
+from drake_starnav.planning.string_pulling import find_farthest_in_sight
 from drake_starnav.robot import Base, Limits
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
@@ -228,7 +228,7 @@ def look_ahead(state: PlannerState) -> Guidance | None:
     assert latest.region is not None
     current_region = state.roadmap.closures.open_part(latest.region)
     x, y = latest.pose[:2].tolist()
-    last = farthest_in_sight(route.beyond, x, y, tuple(current_region.as_union), current_region.radius)
+    last = find_farthest_in_sight(route.beyond, x, y, tuple(current_region.as_union), current_region.radius)
     return None if last < 0 else Guidance(route.beyond[last : last + 1], False, current_region.as_union)
 
 

@@ -41,7 +41,7 @@ def _pull_line(line, regions, radius):
 
 
 @kernel
-def last_in_sight(points, x, y, union, radius):
+def find_last_in_sight(points, x, y, union, radius):
     """Return the index of the last of some points (n, 2) in sight from (x, y) inside a union, or -1, for a robot."""
     if find_cover(union, x, y, 0.0) < 0:
         return -1
@@ -54,7 +54,7 @@ def last_in_sight(points, x, y, union, radius):
 
 
 @kernel
-def farthest_in_sight(path, x, y, union, radius):
+def find_farthest_in_sight(path, x, y, union, radius):
     """Return the index of the last point of a path (k, 2) in line of sight from (x, y) inside a union, or -1.
 
     None is farther along the path than LOOKAHEAD; all in W, m, for a robot of a radius.
@@ -64,7 +64,7 @@ def farthest_in_sight(path, x, y, union, radius):
         count += 1
         if count < len(path):
             along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
-    return last_in_sight(path[:count], x, y, union, radius)
+    return find_last_in_sight(path[:count], x, y, union, radius)
 
 
 @kernel
@@ -73,7 +73,7 @@ def _pull(points, regions, radius):
     kept, n, i = np.empty_like(points), 1, 1
     kept[0, 0], kept[0, 1] = points[0, 0], points[0, 1]  # not as rows: Numba would compile an error's text
     while i < len(points):
-        i += max(last_in_sight(points[i:], kept[n - 1, 0], kept[n - 1, 1], regions, radius), 0)
+        i += max(find_last_in_sight(points[i:], kept[n - 1, 0], kept[n - 1, 1], regions, radius), 0)
         kept[n, 0], kept[n, 1] = points[i, 0], points[i, 1]
         n, i = n + 1, i + 1
     return kept[:n]

@@ -81,7 +81,7 @@ def convert_to_twist(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
     return np.array(velocity)[..., :: 1 if len(base.components) == 3 else 2].copy()
 
 
-def straight_and_curved(length: float, turn: float) -> list[tuple]:
+def list_straight_and_curved(length: float, turn: float) -> list[tuple]:
     """Return `motion_primitives` in both gears: straight on by a length (m), and 1.2 of it with turns (rad)."""
     rows = []
     for gear in (1.0, -1.0):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_starnav.robot.base import SHARES, straight_and_curved
+from drake_starnav.robot.base import SHARES, list_straight_and_curved
 from drake_starnav.robot.differential import Differential
 from drake_starnav.robot.limits import Limits, limit_value
 
@@ -25,7 +25,9 @@ class Car(Differential):
     def motion_primitives(self, radius: float, limits: Limits) -> np.ndarray:
         """No longer than turns by TURN are, on any circle that it can drive."""
         length = min(MOVE * radius, TURN / (1.2 * limits.max_yaw_rate))
-        curved_moves = [straight_and_curved(length, 1.2 * length * share * limits.max_yaw_rate) for share in CURVES]
+        curved_moves = [
+            list_straight_and_curved(length, 1.2 * length * share * limits.max_yaw_rate) for share in CURVES
+        ]
         return np.array([*curved_moves[0], *(move for rows in curved_moves[1:] for move in rows if move[2])])
 
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from drake_starnav.robot.base import MOVE, SHARES, straight_and_curved
-from drake_starnav.robot.limits import Limits, limit_value, stopping_speed
+from drake_starnav.robot.base import MOVE, SHARES, list_straight_and_curved
+from drake_starnav.robot.limits import Limits, compute_stopping_speed, limit_value
 
 TURN, TURN_COST = math.radians(15.0), 0.19
 """Turn of a move on the spot or along a curve, rad, and the cost of one on the spot, in radii."""
@@ -24,7 +24,7 @@ class Differential:
 
     def motion_primitives(self, radius: float, limits: Limits) -> np.ndarray:
         turning_moves = [(0.0, 0.0, side * TURN, TURN_COST * radius, 0.0) for side in (1.0, -1.0)]
-        return np.array([*straight_and_curved(MOVE * radius, TURN), *turning_moves])
+        return np.array([*list_straight_and_curved(MOVE * radius, TURN), *turning_moves])
 
     def saturate(self, twist: np.ndarray, limits: Limits) -> np.ndarray:
         """Each component for itself."""
@@ -43,7 +43,7 @@ class Differential:
         self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
     ) -> np.ndarray:
         if gear == 0.0:
-            return np.array((0.0, math.copysign(stopping_speed(abs(turn), limits.max_yaw_acceleration), turn)))
+            return np.array((0.0, math.copysign(compute_stopping_speed(abs(turn), limits.max_yaw_acceleration), turn)))
         way_ahead = max(abs(ahead), speed / QUICKEST)
         lateral_offset = aside - 0.5 * ahead * turn
         return np.array(

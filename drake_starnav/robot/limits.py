@@ -60,7 +60,7 @@ def make_turning_twist(heading, speed, limits):
 
 
 @leaf
-def stopping_speed(left, braking):
+def compute_stopping_speed(left, braking):
     """The speed from which a robot comes to rest after what is left: in m, m/s and m/s^2, or the same in rad.
 
     In proportion at the end, without a jump of the deceleration, and never more than `braking`.
@@ -70,14 +70,14 @@ def stopping_speed(left, braking):
 
 
 @leaf
-def time_from_rest(way: float, speed: float, acceleration: float) -> float:
+def compute_time_from_rest(way: float, speed: float, acceleration: float) -> float:
     """Least time in which a way is driven from rest, s: in m, m/s and m/s^2, or the same in rad."""
     gaining = 0.5 * speed**2 / acceleration
     return math.sqrt(2.0 * way / acceleration) if way < gaining else (way + gaining) / speed
 
 
 @leaf
-def velocity_towards(error, speed, limits):
+def find_velocity_towards(error, speed, limits):
     """The velocity that begins to drive in a direction that is `error` (rad) to the left of the heading.
 
     A holonomic base drives there at once, and turns its x axis into the direction of motion, forwards or backwards. One

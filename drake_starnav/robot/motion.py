@@ -223,7 +223,7 @@ def body_rates(velocity, limits):
 
 
 @kernel
-def gripped(acceleration):
+def limit_to_grip(acceleration):
     """Largest speed times yaw rate of a robot whose speed may change so fast (m/s^2), m/s^2: more, and it slides."""
     return GRIP * min(GRIP_WHILE_BRAKING / acceleration, 1.0) ** 3
 
@@ -231,7 +231,7 @@ def gripped(acceleration):
 @kernel
 def slides(v, omega, limits):
     """Whether a robot that has this twist, and may speed up and brake as hard as its limits allow, slides."""
-    return abs(v * omega) > gripped(max(limits.max_acceleration, limits.max_deceleration)) + 1e-9
+    return abs(v * omega) > limit_to_grip(max(limits.max_acceleration, limits.max_deceleration)) + 1e-9
 
 
 @kernel

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.robot.base import MOVE
 from drake_starnav.robot.differential import TURN, TURN_COST
-from drake_starnav.robot.limits import Limits, limit_value, stopping_speed
+from drake_starnav.robot.limits import Limits, compute_stopping_speed, limit_value
 
 ASIDE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
 """Directions that are tried beside the desired one, rad."""
@@ -49,7 +49,7 @@ class Omnidirectional:
     def twist_towards(
         self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits
     ) -> np.ndarray:
-        omega = math.copysign(stopping_speed(abs(turn), limits.max_yaw_acceleration), turn)
+        omega = math.copysign(compute_stopping_speed(abs(turn), limits.max_yaw_acceleration), turn)
         if gear == 0.0:
             return np.array((2.0 * ahead, 2.0 * aside, omega))
         way_length = max(math.hypot(ahead, aside), 1e-6)

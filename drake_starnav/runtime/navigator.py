@@ -36,7 +36,7 @@ from drake_starnav.runtime.station import AskedGoal, DriverStation, make_empty_s
 from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.margins import SCAN_PATIENCE
-from drake_starnav.systems.connecting import output_port
+from drake_starnav.systems.connecting import find_output_port
 from drake_starnav.systems.goal_sequence import Arrival, TurningRoom
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.systems.twist_shield import Unshielded
@@ -116,7 +116,9 @@ class Navigator:
             builder.ExportInput(self._station.GetInputPort(name), name)
         for name in ("goal", "heading"):
             builder.ExportInput(self._goal_system.GetInputPort(name), name)
-        self._twist_port = output_port(self.navigation.shield, "twist_command", self.navigation.twist_size, "shield")
+        self._twist_port = find_output_port(
+            self.navigation.shield, "twist_command", self.navigation.twist_size, "shield"
+        )
         builder.ExportOutput(self._twist_port, "twist_command")
         for name in ("guidance", "planner_state", "status", "blocked_by"):
             if (port := self.navigation.planned(name)) is not None:

@@ -48,7 +48,7 @@ def measure_half_gaps(distance, beams):
 
 
 @kernel
-def beams_to_bearings(beam_distance, beam_gap, beams, samples):
+def convert_beams_to_bearings(beam_distance, beam_gap, beams, samples):
     """Return the nearest hit in each sample of a bearing grid, of distances and half gaps along some `Beams`.
 
     Sample 0 is at the first beam. Moving obstacles are left out.
@@ -77,7 +77,7 @@ def beams_to_bearings(beam_distance, beam_gap, beams, samples):
 
 
 @kernel
-def points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
+def convert_points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
     """Return the same of points (n, 2) in W, seen from (cx, cy), and half gaps (n,), m, from `bearing_0` on.
 
     Points farther than `reach` (m) are left out.

@@ -11,7 +11,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, place_ends
-from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, points_to_bearings
+from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, convert_points_to_bearings
 from drake_starnav.surroundings.erosion import DiscInView, erode, within_sight
 from drake_starnav.surroundings.recent_hits import Hits
 from drake_starnav.surroundings.region_union import RegionUnion
@@ -131,6 +131,6 @@ def _certify_star(disc, points, gaps, center, yaw, bearing_0, reach):
         points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
     cosines, sines_squared = disc.tables
     hit_range = reach + radius + CONNECTED_CHORD * beams.cover_radius  # farther hits restrict nothing
-    nearest, gap, offset = points_to_bearings(points, gaps, x, y, bearing_0, hit_range, len(cosines))
+    nearest, gap, offset = convert_points_to_bearings(points, gaps, x, y, bearing_0, hit_range, len(cosines))
     limit = within_sight(disc.limit, beams, radius)
     return erode(nearest, gap, offset, radius, limit, cosines, sines_squared), points, gaps

@@ -12,7 +12,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import find_largest, kernel
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LOST, MOVING, Beams, LaserScan
-from drake_starnav.surroundings.bearing_hits import beams_to_bearings, measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import convert_beams_to_bearings, measure_half_gaps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, add_passages
 from drake_starnav.surroundings.piecewise_cubic import JUMP
@@ -47,7 +47,7 @@ class DiscInView(NamedTuple):
 
     Attributes:
         beams: of the scan.
-        limit: as of `free_limit`, shape (M,), m.
+        limit: as of `compute_free_limit`, shape (M,), m.
         radius: of the disc without margin, m.
         margins: margin and least margin, m.
         tables: as of `make_bearing_tables`.
@@ -71,8 +71,8 @@ class DiscInView(NamedTuple):
     ) -> "DiscInView":
         """Return one that moves up to `reach`, m, with `samples` M; 0: as many as suit the scan."""
         samples, reach_of_disc = samples or count_bearings(scan), radius + margins[0]
-        limit = free_limit(
-            field_of_view(scan), samples, max(min(scan.range_max, reach + reach_of_disc) - reach_of_disc, 0.0)
+        limit = compute_free_limit(
+            find_field_of_view(scan), samples, max(min(scan.range_max, reach + reach_of_disc) - reach_of_disc, 0.0)
         )
         return DiscInView(scan.beams, limit, radius, margins, make_bearing_tables(samples), scan.merged)
 
@@ -97,18 +97,20 @@ def count_bearings(scan: LaserScan) -> int:
 
 
 @lru_cache(maxsize=16)
-def free_limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
-    """Return how far a disc's centre can move at most, shape (M,), m: `farthest`, and 0 outside a `field_of_view`."""
+def compute_free_limit(view: tuple[float, float], samples: int, farthest: float) -> np.ndarray:
+    """Return how far a disc's centre can move at most, shape (M,), m: `farthest`, and 0 outside the field of view."""
     bearing = 2.0 * math.pi / samples * np.arange(samples)
     return np.where((view[0] <= bearing) & (bearing <= view[1]), farthest, 0.0)
 
 
-def field_of_view(scan: LaserScan) -> tuple[float, float]:
+def find_field_of_view(scan: LaserScan) -> tuple[float, float]:
     """Return the first and last bearing from the first beam on, rad."""
     return (0.0, TURN) if scan.full_circle else (0.0, scan.field_of_view.span + 1e-9)
 
 
-def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int = 0) -> FreeRange:
+def compute_free_range(
+    scan: LaserScan, distance: np.ndarray, radius: float, margins: Margins, samples: int = 0
+) -> FreeRange:
     """Return the free range of the robot's centre at every bearing, as the planner uses it.
 
     The clearance is `preferred`. Passages that it would close get a smaller one, down to `least`.
@@ -123,7 +125,7 @@ def free_range(scan: LaserScan, distance: np.ndarray, radius: float, margins: Ma
     Source: this project; in the paper the radius enters with Eq. (15) only.
     """
     disc = DiscInView.of(scan, radius, (margins.preferred, margins.least), samples=samples)
-    values, limit, margin = disc_range(distance, disc)
+    values, limit, margin = compute_disc_range(distance, disc)
     return FreeRange(values, limit, margin, radius)
 
 
@@ -135,7 +137,7 @@ def make_bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def disc_range(distance, disc):
+def compute_disc_range(distance, disc):
     """Return values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `DiscInView`."""
     beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
     samples, inflated_radius, shut = len(cosine), radius + margin, SHUT * radius
@@ -146,7 +148,7 @@ def disc_range(distance, disc):
                 limit[i] = min(limit[i], max(distance[i] - inflated_radius, 0.0))
                 distance[i] = beams.range_max
     gap = measure_half_gaps(distance, beams)
-    hits = beams_to_bearings(distance, gap, beams, samples)
+    hits = convert_beams_to_bearings(distance, gap, beams, samples)
     sight = within_sight(limit, beams, inflated_radius)
     free = erode(hits[0], hits[1], hits[2], inflated_radius, sight, cosine, squares)
     # First test whether the least margin opens any passage at all; it rarely does.
@@ -200,7 +202,7 @@ def average_neighbours(beams, half_width, slack):
 
 @kernel
 def within_sight(limit, beams, radius):
-    """Return the limit (M,) of `free_limit`, m, reduced where a moving obstacle occludes space, by some `Beams`.
+    """Return a free limit (M,), m, reduced where a moving obstacle occludes space, by some `Beams`.
 
     It occludes from the beam before to the beam after each that hit it. Such hits are not eroded: the obstacle will
     have left, and until then obstacle avoidance keeps clear of it.
@@ -234,9 +236,9 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     by at most delta gets R_j + d_j delta. Between two samples the true free range is at least the smaller of both.
 
     Args:
-        distance, gap, offset: of the hits on M bearings, as from `points_to_bearings`.
+        distance, gap, offset: of the hits on M bearings, as from `convert_points_to_bearings`.
         radius: R, of the disc with its margin, m.
-        limit: shape (M,), upper bound, as from `free_limit`, m.
+        limit: shape (M,), upper bound, as from `compute_free_limit`, m.
         cosine, sine_squared: as of `make_bearing_tables`.
     """
     samples = len(distance)

@@ -9,7 +9,7 @@ from drake_starnav.geometry.se2 import invert_pose, transform_points
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar
-from drake_starnav.surroundings.erosion import field_of_view
+from drake_starnav.surroundings.erosion import find_field_of_view
 from drake_starnav.surroundings.surroundings import Surroundings
 
 SHORTEST_WAY = 0.2
@@ -41,7 +41,7 @@ def describe_obstruction(
     sample = int(turn_angle * len(star.values) / TURN) % len(star.values)
     if min(star.values[sample], star.values[(sample + 1) % len(star.values)]) > SHORTEST_WAY * cover_radius:
         return _describe_mover(scan, cover_radius)
-    first, last = field_of_view(scan)
+    first, last = find_field_of_view(scan)
     if not first <= turn_angle <= last:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "

@@ -33,7 +33,7 @@ def index_regions(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> 
             row *= row > before.values[k]
     has_grown = values.any(axis=1)
     news, values = news[has_grown], values[has_grown]
-    low, high = _cells(union, news, values)
+    low, high = _find_touched_cells(union, news, values)
     old, first = before.marks, before.corner
     last = first + old.shape[:2]
     if not old.size:
@@ -73,7 +73,7 @@ def _renumber_marks(cell_marks, numbers, words):
     return out
 
 
-def _cells(union: RegionUnion, members: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _find_touched_cells(union: RegionUnion, members: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first cell and the one beyond the last that some regions with these values may touch."""
     if not len(members):
         return union.corner, union.corner

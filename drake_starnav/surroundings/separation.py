@@ -12,7 +12,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.footprint import transform_point
 from drake_starnav.geometry.polyline import square_segment_distance
-from drake_starnav.surroundings.unseen import BodyStep, occluded_part_is_free
+from drake_starnav.surroundings.unseen import BodyStep, is_occluded_part_free
 
 ESCAPE_CLEARANCE = 0.002
 """A move that begins within the margin may come no nearer than this, m: what bases stray by nature."""
@@ -83,7 +83,7 @@ def is_collision_free(poses, chords, views, body, limits):
             frames, moved_distance, end_points, center, False, body, margin
         ):
             return False
-        if not _occluded_part_stays_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
+        if not _keeps_occluded_part_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
             return False
     return True
 
@@ -109,18 +109,18 @@ def _keeps_clearance(frames, moved_distance, end_points, center, occludes, body,
 
 
 @kernel
-def _occluded_part_stays_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
+def _keeps_occluded_part_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
     """Return whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
     i, count = 0, len(moved_distance)
     while i < count:
         gap = measure_body_chord_distance(frames[i], end_points, center, True, body, margin + moved_distance[-1])
         if gap < margin:
             gap = margin
-            if occluded_part_is_free(
+            if is_occluded_part_free(
                 BodyStep(body, frames[0], frames[i], True), end_points, center, views, margin + LOOKAHEAD, view_queries
             ):
                 gap = margin + LOOKAHEAD
-            elif i > 0 and not occluded_part_is_free(
+            elif i > 0 and not is_occluded_part_free(
                 BodyStep(body, frames[0], frames[i], False), end_points, center, views, margin, view_queries
             ):
                 return False

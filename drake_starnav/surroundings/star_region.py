@@ -12,8 +12,14 @@ import numpy as np
 
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.surroundings.bearing_hits import points_to_bearings
-from drake_starnav.surroundings.erosion import FreeRange, erode, free_range, make_bearing_tables, smooth_distances
+from drake_starnav.surroundings.bearing_hits import convert_points_to_bearings
+from drake_starnav.surroundings.erosion import (
+    FreeRange,
+    compute_free_range,
+    erode,
+    make_bearing_tables,
+    smooth_distances,
+)
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.piecewise_cubic import PiecewiseCubic, fit_piecewise_cubic
 from drake_starnav.surroundings.region_union import RegionUnion
@@ -91,7 +97,7 @@ class StarRegion:
 
 
 def fit_region(profile: FreeRange, center: np.ndarray, bearing_0: float, fit: Fit = fit_piecewise_cubic) -> StarRegion:
-    """Return the star-shaped region about `center` in W whose boundary fits a free range, as from `free_range`."""
+    """Return the star-shaped region about `center` in W whose boundary fits a free range."""
     return StarRegion(
         center=np.asarray(center, dtype=float),
         bearing_0=bearing_0,
@@ -115,7 +121,7 @@ def make_scan_region(
         margins: kept, and how ranges are smoothed.
         samples: M, the same for all scans of a roadmap; 0: as many as suit this one.
     """
-    profile = free_range(scan, smooth_distances(scan, margins.smoothing_slack), radius, margins, samples)
+    profile = compute_free_range(scan, smooth_distances(scan, margins.smoothing_slack), radius, margins, samples)
     return fit_region(profile, pose[:2], float(pose[2]) + scan.angle_min)
 
 
@@ -129,7 +135,7 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
         radius: of the robot with the margin that it keeps from them, m.
     """
     hit_range, samples = float(region.free_range.max()) + radius + CUT_BORDER * region.radius, len(region.free_range)
-    hits = points_to_bearings(points, gaps, *region.center, region.bearing_0, hit_range, samples)
+    hits = convert_points_to_bearings(points, gaps, *region.center, region.bearing_0, hit_range, samples)
     return erode(*hits, radius, region.free_range, *make_bearing_tables(samples))
 
 

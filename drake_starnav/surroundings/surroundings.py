@@ -15,7 +15,7 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
-from drake_starnav.surroundings.erosion import field_of_view, smooth_distances
+from drake_starnav.surroundings.erosion import find_field_of_view, smooth_distances
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.polar_image import PlacedBeams, covers_full_circle, make_polar_image
@@ -174,7 +174,7 @@ def observe(
         else previous_surroundings.odometer
     )
     past_views = remember_views(previous_surroundings, views, odometer, footprint, margins)
-    star_view = field_of_view(image) if earlier_views is None or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
+    star_view = find_field_of_view(image) if earlier_views is None or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
     return Surroundings(
         robot_pose=robot_pose,
         image=image,

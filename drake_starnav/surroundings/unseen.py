@@ -41,7 +41,7 @@ class BodyStep(NamedTuple):
 
 
 @kernel
-def occluded_part_is_free(step, end_points, center, views, margin, view_queries):
+def is_occluded_part_free(step, end_points, center, views, margin, view_queries):
     """Return whether all that a chord occludes of a body with a margin is free, or no nearer to it than it was.
 
     Args:
@@ -67,7 +67,7 @@ def is_known_free(part, n, views, step, view_queries):
     """Return whether a convex polygon, the first `n` of `part`, is free everywhere, or no nearer to a body than it was.
 
     What is not as a whole is cut along the edges of the body where it stands, or halved, down to FINEST. Other
-    arguments as for `occluded_part_is_free`.
+    arguments as for `is_occluded_part_free`.
     """
     if _is_covered(part, n, views, step, view_queries)[0]:
         return True
@@ -116,13 +116,13 @@ def _is_covered(part, n, views, step, view_queries):
     free = (
         own
         or _any_view_covers(part, n, views, view_queries)
-        or (not step.must_be_free and _distance_not_reduced(part, n, step))
+        or (not step.must_be_free and _keeps_distance(part, n, step))
     )
     return free, nx, ny, middle
 
 
 @kernel
-def _distance_not_reduced(part, n, step):
+def _keeps_distance(part, n, step):
     """Return whether the body comes no nearer to any place of a polygon than it is where it stands.
 
     A part of it does not if it moves away from the whole polygon along the normals to its corners: the distance is

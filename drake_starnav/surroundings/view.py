@@ -15,7 +15,7 @@ from drake_starnav.lidar.laser_scan import HIT, Beams, LaserScan, place_ends
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.lidar.outlier_filter import HitHistory, ScanFilter, remove_lone_close_hits
 from drake_starnav.surroundings.bearing_hits import measure_half_gaps
-from drake_starnav.surroundings.chords import Chords, chords_from_hits, measure_visible_ranges, occluding_chords
+from drake_starnav.surroundings.chords import Chords, make_occluding_chords, make_surface_chords, measure_visible_ranges
 from drake_starnav.surroundings.erosion import average_neighbours
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits
 from drake_starnav.utils.snapshot import replace_fields, snapshot
@@ -109,8 +109,10 @@ class View:
     @cached_property
     def chords(self) -> Chords:
         """Surfaces through the near and recent hits, and what else hides space from the lidar."""
-        surfaces, occludes = chords_from_hits(self.near_points, self.recent_points, self.pose, self.beams.cover_radius)
-        hiding = occluding_chords(self.beams, self.pose)
+        surfaces, occludes = make_surface_chords(
+            self.near_points, self.recent_points, self.pose, self.beams.cover_radius
+        )
+        hiding = make_occluding_chords(self.beams, self.pose)
         is_surface = np.arange(len(surfaces) + len(hiding)) < len(surfaces)
         occludes = np.concatenate((occludes, np.ones(len(hiding), np.bool_)))
         return Chords(np.vstack((surfaces, hiding)), is_surface, occludes, np.array(self.pose[:2]))

@@ -131,7 +131,7 @@ def _still_count(latest, past, flags, position, least, lengths):
         for i in range(count, end):
             for j in range(i + 1, end):
                 if counts[i] and counts[j]:
-                    distance, turn = _difference(rows[i], rows[j])
+                    distance, turn = _subtract_odometers(rows[i], rows[j])
                     if distance / spacing + turn < least:  # a radian counts as much as the spacing
                         least, superfluous = distance / spacing + turn, j
         counts[superfluous] = False
@@ -141,12 +141,12 @@ def _still_count(latest, past, flags, position, least, lengths):
 
 @kernel
 def _are_apart(one, other, spacing):
-    distance, turn = _difference(one, other)
+    distance, turn = _subtract_odometers(one, other)
     return distance > spacing or turn > VIEW_TURN
 
 
 @kernel
-def _difference(one, other):
+def _subtract_odometers(one, other):
     """Return the distance of two views, m, and the angle by which they are turned, rad."""
     turn = one[2] - other[2]
     return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turn - TURN * round(turn / TURN))

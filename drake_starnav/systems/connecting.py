@@ -57,36 +57,38 @@ def connect_inputs(builder: DiagramBuilder, system: System, sources: Mapping[str
 
 def connect(builder: DiagramBuilder, source: OutputPort, port: InputPort, role: str) -> None:
     """Connect two ports, or raise a `StarnavError` where they do not fit."""
-    if _kind(source) != _kind(port):
-        raise StarnavError(f"{role}: port {port.get_name()} is {_kind(port)}; allowed: {_kind(source)}")
+    if _describe_kind(source) != _describe_kind(port):
+        raise StarnavError(
+            f"{role}: port {port.get_name()} is {_describe_kind(port)}; allowed: {_describe_kind(source)}"
+        )
     try:
         builder.Connect(source, port)
     except RuntimeError as error:
         raise StarnavError(f"{role}: port {port.get_name()} cannot be connected: {said_by(error)}") from None
 
 
-def output_port(system: System, name: str, size: int | None, role: str) -> OutputPort:
+def find_output_port(system: System, name: str, size: int | None, role: str) -> OutputPort:
     """The output port of a name, a vector of that size or abstract (None); a lone one without a name serves as well.
 
     Raises:
         StarnavError: there is none, or it has another size or type.
     """
-    ports = outputs(system)
+    ports = list_outputs(system)
     if name not in ports and not (len(ports) == 1 and ports.keys() <= UNNAMED):
         raise StarnavError(f"{role} has the output ports {', '.join(ports) or 'none'}; allowed: one named {name}")
     port = ports.get(name) or next(iter(ports.values()))
     wanted_kind = "abstract" if size is None else f"a vector of size {size}"
-    if _kind(port) != wanted_kind:
-        raise StarnavError(f"{role}: output port {port.get_name()} is {_kind(port)}; allowed: {wanted_kind}")
+    if _describe_kind(port) != wanted_kind:
+        raise StarnavError(f"{role}: output port {port.get_name()} is {_describe_kind(port)}; allowed: {wanted_kind}")
     return port
 
 
-def outputs(system: System) -> dict[str, OutputPort]:
+def list_outputs(system: System) -> dict[str, OutputPort]:
     """The output ports of a system by name."""
     ports = (system.get_output_port(index) for index in range(system.num_output_ports()))
     return {port.get_name(): port for port in ports}
 
 
-def _kind(port: InputPort | OutputPort) -> str:
+def _describe_kind(port: InputPort | OutputPort) -> str:
     vector = port.get_data_type() == PortDataType.kVectorValued
     return f"a vector of size {port.size()}" if vector else "abstract"

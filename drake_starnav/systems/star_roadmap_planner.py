@@ -20,7 +20,7 @@ from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.planner import PROGRESS_DISTANCE
 from drake_starnav.planning.state import ManoeuvreContext, PlannerStatus, PlanStep
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.limits import time_from_rest
+from drake_starnav.robot.limits import compute_time_from_rest
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
@@ -112,7 +112,9 @@ class StarRoadmapPlanner(LeafSystem):
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
-        ahead = time_from_rest(PROGRESS_DISTANCE * robot.shape.cover_radius, robot.max_speed, robot.max_acceleration)
+        ahead = compute_time_from_rest(
+            PROGRESS_DISTANCE * robot.shape.cover_radius, robot.max_speed, robot.max_acceleration
+        )
         planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * ahead))
         self._planner, self._goal_tolerance = planner, goal_tolerance
         self._step = step or (plan_step if robot.shape.is_disc else plan_with_manoeuvres)

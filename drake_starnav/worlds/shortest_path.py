@@ -18,7 +18,7 @@ from drake_starnav.geometry.polyline import (
     subdivide_polyline,
 )
 from drake_starnav.geometry.se2 import transform_points
-from drake_starnav.planning.bucket_search import bucket_dijkstra
+from drake_starnav.planning.bucket_search import search_buckets
 from drake_starnav.planning.cost_field import trace_path
 from drake_starnav.planning.grid import LARGEST_GRID
 from drake_starnav.worlds.clearance import compute_clearance
@@ -131,7 +131,7 @@ def _search_grid(places: np.ndarray, box: np.ndarray, capsules: np.ndarray, step
         return np.empty((0, 2))
     weight = np.pad(10 * free.astype(np.uint8), 1)
     cost = np.zeros(weight.shape, np.int32)
-    bucket_dijkstra(weight, cost, goal, begin)
+    search_buckets(weight, cost, goal, begin)
     return box[0] + (trace_path(cost, weight, *map(float, begin)) - 1) * step
 
 

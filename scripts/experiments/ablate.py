@@ -30,7 +30,7 @@ INTERPRETED = {
     f"{FOLLOWING}._follow_guidance": replacements.interpreted_followed,
     f"{FOLLOWING}.guiding_vector": replacements.interpreted_guiding_vector,
 }
-UNTURNED = {f"{FOLLOWING}.free_heading": replacements.same_direction}
+UNTURNED = {f"{FOLLOWING}.find_free_heading": replacements.same_direction}
 UNCERTIFIED = {
     **INTERPRETED,
     **UNTURNED,
@@ -38,7 +38,7 @@ UNCERTIFIED = {
 }
 ABLATIONS: dict[str, Mapping[str, Any]] = {
     REFERENCE: {},
-    "no_erosion": {"drake_starnav.surroundings.erosion.disc_range": replacements.shortened_range},
+    "no_erosion": {"drake_starnav.surroundings.erosion.compute_disc_range": replacements.shortened_range},
     "two_sided_fit": {f"{CUBIC}.fit_adaptively": replacements.two_sided_fit},
     "fixed_segments": {f"{CUBIC}.fit_adaptively": replacements.equal_segments},
     "free_unknown": {"drake_starnav.planning.cost_field.UNKNOWN_COST": 0.0},
@@ -51,7 +51,7 @@ ABLATIONS: dict[str, Mapping[str, Any]] = {
     "no_replanning": {f"{PLANNER}.discard_blocked_path": replacements.first_argument},
     "no_closures": {f"{PLANNER}.close_path": replacements.first_argument},
     "no_reopening": {f"{PLANNER}.reopen_closures": replacements.first_argument},
-    "no_doubt": {f"{ROUTE}.clearance_uncertainty": replacements.zero},
+    "no_doubt": {f"{ROUTE}.compute_clearance_uncertainty": replacements.zero},
     "paper_modulation": {**INTERPRETED, f"{FOLLOWING}.modulate_direction": replacements.paper_direction},
     "no_free_heading": {**INTERPRETED, **UNTURNED},
     "no_certificate": UNCERTIFIED,

@@ -99,7 +99,7 @@ def uncertified_twist(
 
 
 def shortened_range(distance: np.ndarray, disc: tuple) -> tuple:
-    """For `disc_range`: ranges less the radius."""
+    """For `compute_disc_range`: ranges less the radius."""
     beams, limit, radius, (margin, _), *_ = disc
     beam = np.rint(TURN / len(limit) * np.arange(len(limit)) / beams.increment).astype(int) % len(distance)
     return np.clip(distance[beam] - radius - margin, 0.0, limit), limit, margin

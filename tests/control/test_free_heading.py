@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.control import ControllerInputs
-from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OFF, OPEN_WAY, STEP, free_heading
+from drake_starnav.control.free_heading import FREE_HEADING_RANGE, OFF, OPEN_WAY, STEP, find_free_heading
 from drake_starnav.control.parameters import ControllerParameters
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot import RobotParameters
@@ -41,7 +41,7 @@ def way_is_open(hits: np.ndarray, position: np.ndarray, angle: float) -> bool:
 
 
 def free_direction(position: np.ndarray, direction: np.ndarray, hits: np.ndarray) -> np.ndarray:
-    return np.array(free_heading(*position, *direction, hits, (RADIUS, KEPT)))
+    return np.array(find_free_heading(*position, *direction, hits, (RADIUS, KEPT)))
 
 
 @settings(max_examples=200)

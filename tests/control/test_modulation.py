@@ -9,7 +9,7 @@ from drake_starnav.control.modulation import (
     CENTER,
     FARTHEST,
     SIGMA,
-    boundary_at,
+    evaluate_boundary,
     modulate_direction,
 )
 from drake_starnav.surroundings.star_region import StarRegion, unite_regions
@@ -24,7 +24,7 @@ def frame(region: StarRegion, point: np.ndarray) -> tuple[np.ndarray, float]:
     """E = [r_hat t] at a point and Gamma there, by plain NumPy from the region's samples."""
     offset = point - region.center
     away, theta = np.hypot(*offset), math.atan2(offset[1], offset[0])
-    phi, slope = boundary_at(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
+    phi, slope = evaluate_boundary(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
     tangent = slope * unit(theta) + phi * np.array((-math.sin(theta), math.cos(theta)))
     return np.column_stack((offset / away, tangent / np.hypot(*tangent))), (phi / away) ** SIGMA
 
@@ -82,7 +82,7 @@ def test_nothing_flows_out_through_the_boundary(seed):
     region = smooth_region(rng, rng.uniform(-3.0, 3.0, 2))
     for _ in range(20):
         theta = rng.uniform(-math.pi, math.pi)
-        phi, _ = boundary_at(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
+        phi, _ = evaluate_boundary(region.boundary.values, region.boundary.slopes, region.bearing_0, theta)
         point = region.center + (1.0 - 2e-14) * phi * unit(theta)
         basis, _ = frame(region, point)
         normal = np.array((basis[1, 1], -basis[0, 1]))

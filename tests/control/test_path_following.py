@@ -12,13 +12,13 @@ from drake_starnav.control.path_following import (
     CREEP,
     GOAL_REACHED,
     MODULATION_DISTANCE,
+    compute_goal_slowdown,
     follow_guidance,
-    goal_slowdown,
     guiding_vector,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE, Guidance
 from drake_starnav.robot import BASES, RobotParameters
-from drake_starnav.robot.limits import HEADING_GAIN, velocity_towards
+from drake_starnav.robot.limits import HEADING_GAIN, find_velocity_towards
 from drake_starnav.surroundings.recent_hits import Hits
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import unite_regions
@@ -63,7 +63,7 @@ def test_an_empty_path_stops_the_robot_as_fast_as_it_can(twist):
 def test_it_slows_down_at_the_goal_only():
     near = ((0.3, 0.0),)
     assert settled(path=near)[0] == pytest.approx(ROBOT.max_speed)
-    slow = goal_slowdown(ROBOT.limits) * 0.3 + ROBOT.max_speed / CREEP
+    slow = compute_goal_slowdown(ROBOT.limits) * 0.3 + ROBOT.max_speed / CREEP
     assert settled(path=near, arrives=True)[0] == pytest.approx(slow)
     assert settled(path=(*near, (5.0, 0.0)), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
     assert settled(path=((5.0, 0.0),), arrives=True)[0] == pytest.approx(ROBOT.max_speed)
@@ -77,7 +77,7 @@ def test_it_slows_down_at_the_goal_only():
 @pytest.mark.parametrize(("speed", "braking"), [(0.8, 0.1), (0.8, 1.0), (3.0, 0.5), (2.0, 3.0), (0.05, 20.0)])
 def test_a_robot_arrives_with_the_brakes_that_it_has(speed: float, braking: float) -> None:
     """What it is asked to do needs no more, whatever it can brake, and steps of the loop do not overshoot."""
-    slowdown = goal_slowdown(RobotParameters(max_speed=speed, max_acceleration=braking).limits)
+    slowdown = compute_goal_slowdown(RobotParameters(max_speed=speed, max_acceleration=braking).limits)
     assert slowdown * speed <= braking
     assert slowdown * PERIOD < 0.5
 
@@ -126,7 +126,7 @@ def test_a_robot_that_is_slow_to_turn_stops_turning_in_time(acceleration):
     period = 0.02
     error, twist, least = 3.0, np.zeros(2), 0.0
     for _ in range(1000):
-        twist = limited_twist(twist, np.array(velocity_towards(error, 0.0, robot.limits)[::2]), robot, period)
+        twist = limited_twist(twist, np.array(find_velocity_towards(error, 0.0, robot.limits)[::2]), robot, period)
         error -= twist[1] * period
         least = min(least, error)
     assert abs(error) < 0.01 and least > -0.1

@@ -17,11 +17,11 @@ from drake_starnav.moving.avoidance import (
     Scene,
     Settings,
     choose_velocity,
+    compute_time_to_escape,
+    compute_times_along,
     continue_rollout,
     make_initial_rollout,
     predict_discs,
-    time_to_escape,
-    times_along,
 )
 from drake_starnav.moving.certificate import MOVING_MARGIN
 from drake_starnav.moving.prediction import PREDICTION_STEP
@@ -54,7 +54,7 @@ def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     trajectory = np.repeat(position[:, None], 60, 1)
     movers = Movers(position, still, radius, trajectory, NO_HITS)
     star = CertifiedStar.none().union
-    return Scene(LINE, times_along(LINE, limits), regions, star, NO_HITS, movers, limits, SETTINGS)
+    return Scene(LINE, compute_times_along(LINE, limits), regions, star, NO_HITS, movers, limits, SETTINGS)
 
 
 def begin(v: float = 0.0, limits: Limits = LIMITS) -> np.ndarray:
@@ -147,7 +147,7 @@ def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_wa
         among = among._replace(movers=among.movers._replace(trajectory=moves))
         return float(driven(begin(0.0, limits), keep(0.0), 1, among)["risk"])
 
-    reach = speed * time_to_escape(RADIUS + DISC_RADIUS, limits)
+    reach = speed * compute_time_to_escape(RADIUS + DISC_RADIUS, limits)
     gaps = np.array((0.1, 0.3, 0.6, 0.9)) * reach
     passing = [risk(gap, (speed, 0.0)) for gap in gaps]
     assert passing == sorted(passing, reverse=True) and passing[-1] > 0.0
@@ -156,10 +156,10 @@ def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_wa
 
 
 def test_who_turns_slowly_or_drives_off_slowly_needs_longer_to_escape() -> None:
-    times = [time_to_escape(0.5, limits) for limits in (BASES["omnidirectional"], LIMITS)]
+    times = [compute_time_to_escape(0.5, limits) for limits in (BASES["omnidirectional"], LIMITS)]
     slow = [LIMITS._replace(max_yaw_rate=0.5), LIMITS._replace(max_acceleration=0.3, max_deceleration=0.3)]
     assert times[0] == pytest.approx((0.5 + 0.32) / 0.8)
-    assert times[0] < times[1] < min(time_to_escape(0.5, limits) for limits in slow)
+    assert times[0] < times[1] < min(compute_time_to_escape(0.5, limits) for limits in slow)
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)

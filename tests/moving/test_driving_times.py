@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.moving.avoidance import nearest_hit, region_around
+from drake_starnav.moving.avoidance import find_region_around, measure_nearest_hit
 from drake_starnav.moving.driving_times import (
+    compute_heading_loss,
+    compute_time_to_go,
+    compute_times_along,
+    compute_turning_time,
+    find_next_way_point,
     full_speed,
-    heading_loss,
-    next_way_point,
-    time_to_go,
-    times_along,
-    turning_time,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits
@@ -30,7 +30,7 @@ def to_go(
     line: np.ndarray, way_point: int, pose: tuple[float, float, float], velocity: Velocity, limits: Limits
 ) -> float:
     """The time to go from a pose, at a velocity."""
-    return time_to_go(line, times_along(line, limits), way_point, Pose(*pose), velocity, limits)
+    return compute_time_to_go(line, compute_times_along(line, limits), way_point, Pose(*pose), velocity, limits)
 
 
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
@@ -41,14 +41,14 @@ def test_the_nearest_hit_is_the_same_wherever_robot_and_hits_are(seed: int) -> N
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(-2.0, 2.0, 2)
     hits = (x, y) + rng.uniform(-1.0, 1.0, (5, 2))
-    assert nearest_hit(x, y, hits) == pytest.approx(np.hypot(*(hits - (x, y)).T).min())
-    assert nearest_hit(x, y, hits[:0]) == np.inf
+    assert measure_nearest_hit(x, y, hits) == pytest.approx(np.hypot(*(hits - (x, y)).T).min())
+    assert measure_nearest_hit(x, y, hits[:0]) == np.inf
 
 
 def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg() -> None:
-    assert next_way_point(LINE, 1, 0.5, 0.0, 0.25) == 1
-    assert next_way_point(LINE, 1, 1.0, 0.0, 0.25) == 2
-    assert next_way_point(LINE, 3, 2.0, 1.0, 0.25) == 3  # the last one stays
+    assert find_next_way_point(LINE, 1, 0.5, 0.0, 0.25) == 1
+    assert find_next_way_point(LINE, 1, 1.0, 0.0, 0.25) == 2
+    assert find_next_way_point(LINE, 3, 2.0, 1.0, 0.25) == 3  # the last one stays
 
 
 @given(seeds, st.floats(0.2, 2.5), st.sampled_from([-1.0, 1.0]))
@@ -61,14 +61,14 @@ def test_at_a_bend_the_next_leg_is_taken_where_its_line_is_crossed_or_the_bend_i
     outwards = side * np.array((leg[1], -leg[0]))
     place = corner + rng.uniform(0.01, 0.5) * rng.choice([-1.0, 1.0]) * outwards + rng.uniform(-0.5, 0.5) * leg
     passed = (place - corner) @ outwards > 0.0 or math.dist(place, corner) < PASSED_DISTANCE * 0.25
-    assert next_way_point(line, 1, *place, 0.25) == (2 if passed else 1)
+    assert find_next_way_point(line, 1, *place, 0.25) == (2 if passed else 1)
 
 
 def test_all_way_points_that_are_near_are_passed_at_once() -> None:
     close = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 0.03), (0.96, 0.03), (0.0, 0.03)))
-    assert next_way_point(close, 1, 0.99, 0.001, 0.25) == 4
+    assert find_next_way_point(close, 1, 0.99, 0.001, 0.25) == 4
     straight = np.array(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)))
-    assert [next_way_point(straight, 1, 1.0 + away, 0.0, 0.25) for away in (-0.061, -0.059, 0.059, 0.061)] == [
+    assert [find_next_way_point(straight, 1, 1.0 + away, 0.0, 0.25) for away in (-0.061, -0.059, 0.059, 0.061)] == [
         1,
         2,
         2,
@@ -77,7 +77,7 @@ def test_all_way_points_that_are_near_are_passed_at_once() -> None:
 
 
 def fastest_turn(angle: float, rate: float, limits: Limits) -> float:
-    """`turning_time` step by step: towards where it would stop too soon, or too late, then brake, s."""
+    """`compute_turning_time` step by step: towards where it would stop too soon, or too late, then brake, s."""
     step, turned, omega, time = 2e-4, 0.0, rate, 0.0
     most, change = limits.max_yaw_rate, limits.max_yaw_acceleration * step
     sign = 1.0 if rate * abs(rate) / (2.0 * limits.max_yaw_acceleration) < angle else -1.0
@@ -92,14 +92,14 @@ def fastest_turn(angle: float, rate: float, limits: Limits) -> float:
 @pytest.mark.parametrize("rate", [-1.0, -0.2, 0.0, 0.6, 1.1])
 def test_the_turning_time_is_that_of_the_fastest_turn(angle: float, rate: float, limits: Limits) -> None:
     most = limits.max_yaw_rate, limits.max_yaw_acceleration
-    assert turning_time(angle, rate, most) == pytest.approx(fastest_turn(angle, rate, limits), abs=2e-3)
-    assert turning_time(-angle, -rate, most) == turning_time(angle, rate, most)
+    assert compute_turning_time(angle, rate, most) == pytest.approx(fastest_turn(angle, rate, limits), abs=2e-3)
+    assert compute_turning_time(-angle, -rate, most) == compute_turning_time(angle, rate, most)
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.8), st.floats(-2.0, 2.0))
 def test_no_heading_gains_time(error: float, v: float, omega: float) -> None:
-    assert heading_loss(error, Velocity(v, 0.0, omega), LIMITS) >= 0.0
-    assert heading_loss(0.0, full_speed(LIMITS), LIMITS) == 0.0
+    assert compute_heading_loss(error, Velocity(v, 0.0, omega), LIMITS) >= 0.0
+    assert compute_heading_loss(0.0, full_speed(LIMITS), LIMITS) == 0.0
 
 
 @pytest.mark.parametrize("limits", [LIMITS, SLOW])
@@ -109,8 +109,8 @@ def test_the_time_lost_is_that_of_the_turn_and_of_getting_up_to_speed(error, v, 
     while along < limits.max_speed:
         lost += (1.0 - along / limits.max_speed) * step
         along += limits.max_acceleration * step
-    assert heading_loss(error, Velocity(v, 0.0, omega), limits) == pytest.approx(
-        turning_time(error, omega, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + lost, abs=1e-3
+    assert compute_heading_loss(error, Velocity(v, 0.0, omega), limits) == pytest.approx(
+        compute_turning_time(error, omega, (limits.max_yaw_rate, limits.max_yaw_acceleration)) + lost, abs=1e-3
     )
 
 
@@ -121,9 +121,10 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
     legs = np.diff(line, axis=0)
     headings, lengths = np.arctan2(legs[:, 1], legs[:, 0]), np.hypot(*legs.T)
     bends = [
-        heading_loss((b + math.pi) % (2.0 * math.pi) - math.pi, full_speed(limits), limits) for b in np.diff(headings)
+        compute_heading_loss((b + math.pi) % (2.0 * math.pi) - math.pi, full_speed(limits), limits)
+        for b in np.diff(headings)
     ]
-    left = times_along(line, limits)
+    left = compute_times_along(line, limits)
     for k in range(1, count):
         assert left[k] == pytest.approx(lengths[k:].sum() / limits.max_speed + sum(bends[k:]))
     yaw, moves = rng.uniform(-9.0, 9.0), Velocity(rng.uniform(0.0, limits.max_speed), 0.0, rng.uniform(-1.0, 1.0))
@@ -131,10 +132,10 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
         place = line[k] - rng.uniform(-1.0, 1.0, 2)
         way = line[k] - place
         off = (math.atan2(way[1], way[0]) - yaw + math.pi) % (2.0 * math.pi) - math.pi
-        expected = math.hypot(*way) / limits.max_speed + heading_loss(off, moves, limits) + left[k]
+        expected = math.hypot(*way) / limits.max_speed + compute_heading_loss(off, moves, limits) + left[k]
         if k + 1 < count:
             bend = (headings[k] - math.atan2(way[1], way[0]) + math.pi) % (2.0 * math.pi) - math.pi
-            expected += heading_loss(bend, full_speed(limits), limits)
+            expected += compute_heading_loss(bend, full_speed(limits), limits)
         assert to_go(line, k, (*place, yaw), moves, limits) == pytest.approx(expected)
 
 
@@ -142,14 +143,14 @@ def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> N
     disc = np.full((1, 8), 1.0)
     centers = np.array(((0.0, 0.0), (0.0, 0.5), (5.0, 0.0)))
     union = RegionUnion(centers, np.zeros(3), np.repeat(disc, 3, axis=0), np.zeros((3, 0)))
-    assert [region_around(union, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
-    assert [region_around(union, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
-    assert region_around(union, 0, 3.0, 3.0) == -1
+    assert [find_region_around(union, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
+    assert [find_region_around(union, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
+    assert find_region_around(union, 0, 3.0, 3.0) == -1
 
 
 def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
-    left = times_along(LINE, LIMITS)
-    corner = heading_loss(0.5 * math.pi, full_speed(LIMITS), LIMITS)
+    left = compute_times_along(LINE, LIMITS)
+    corner = compute_heading_loss(0.5 * math.pi, full_speed(LIMITS), LIMITS)
     assert left[2] == pytest.approx(1.0 / 0.8)
     assert left[1] == pytest.approx(2.0 / 0.8 + corner)
     at_full_speed = to_go(LINE, 1, (0.0, 0.0, 0.0), full_speed(LIMITS), LIMITS)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.control import ControllerInputs
-from drake_starnav.control.modulation import boundary_at
+from drake_starnav.control.modulation import evaluate_boundary
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.paper import choices, control
 from drake_starnav.paper.blend import (
@@ -37,7 +37,7 @@ def modulation_matrix(region, point: np.ndarray, sigma: float) -> tuple[np.ndarr
     """M = E D E^-1 and Gamma by the region's boundary, as it is sampled, and NumPy's inverse."""
     offset, stack = point - region.center, unite_regions([region])
     theta, distance = math.atan2(offset[1], offset[0]), np.hypot(*offset)
-    phi, slope = boundary_at(stack.values[0], stack.slopes[0], stack.bearing_0[0], theta)
+    phi, slope = evaluate_boundary(stack.values[0], stack.slopes[0], stack.bearing_0[0], theta)
     gamma = (phi / distance) ** sigma
     tangent = slope * unit(theta) + phi * unit(theta + 0.5 * math.pi)
     basis = np.column_stack((offset / distance, tangent / np.hypot(*tangent)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.approach import INSIDE, SIGHT, goal_candidates
+from drake_starnav.planning.approach import INSIDE, SIGHT, list_goal_candidates
 from drake_starnav.planning.grid import HIT_ERROR, Grid
 from tests.helpers.scans import RADIUS, seeds
 
@@ -29,20 +29,20 @@ def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("hits", [Grid.empty(RESOLUTION, RADIUS), memory(WALL)])
 def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
     goal = np.array((0.4, 0.0))
-    found = goal_candidates(hits, goal, 0.3, RADIUS, MARGIN)
+    found = list_goal_candidates(hits, goal, 0.3, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
 @pytest.mark.parametrize("tolerance", [0.0, INSIDE * RADIUS])
 def test_without_tolerance_there_is_only_the_goal(tolerance):
     goal = np.array((0.2, 0.0))
-    found = goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
+    found = list_goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
 def test_beside_a_wall_it_is_the_nearest_clear_place_straight_off_it():
     goal, tolerance = np.array((0.2, 0.1)), 0.3
-    found = goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
+    found = list_goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
     assert NEEDED - 0.5 * RESOLUTION <= found.goal[0] < NEEDED + 1.5 * RESOLUTION
     assert abs(found.goal[1] - goal[1]) < RESOLUTION
 
@@ -53,14 +53,14 @@ def test_places_behind_a_thin_wall_are_none():
     goal = np.array((0.2, 0.0))
     behind = np.array((-0.35, 0.0))
     assert hits.distance(behind[None])[0] >= NEEDED and away(behind[None], goal)[0] < 0.65 - INSIDE * RADIUS
-    found = goal_candidates(hits, goal, 0.65, RADIUS, MARGIN)
+    found = list_goal_candidates(hits, goal, 0.65, RADIUS, MARGIN)
     assert (found.places[:, 0] > 0.0).all() and (found.places[:, 0] < 0.5).all()
     assert 0.2 <= found.goal[0] <= 0.3
 
 
 def test_a_goal_at_a_wall_is_seen_from_nowhere():
     goal = np.array((0.5 * SIGHT * RADIUS, 0.0))
-    found = goal_candidates(memory(WALL), goal, 0.3, RADIUS, MARGIN)
+    found = list_goal_candidates(memory(WALL), goal, 0.3, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
@@ -71,7 +71,7 @@ def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(
     points = rng.uniform(-1.5, 1.5, (25, 2))
     hits = Grid.empty(RESOLUTION, RADIUS).add_hits(points)
     goal, tolerance = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(0.0, 0.6))
-    found = goal_candidates(hits, goal, tolerance, RADIUS, MARGIN)
+    found = list_goal_candidates(hits, goal, tolerance, RADIUS, MARGIN)
     if found.places.tolist() == [goal.tolist()]:
         assert found.goal.tolist() == goal.tolist()
         return

@@ -1,7 +1,7 @@
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.bucket_search import bucket_dijkstra
+from drake_starnav.planning.bucket_search import search_buckets
 from tests.helpers.scans import seeds
 
 NOWHERE = -1, -1
@@ -21,8 +21,8 @@ def test_a_search_towards_a_cell_finds_the_same_cost(seed):
     start, goal = (tuple(rng.integers(1, (41, 51)).tolist()) for _ in range(2))
     weight[start] = weight[goal] = 10
     whole, found = np.zeros((2, *weight.shape), np.int32)
-    bucket_dijkstra(weight, whole, goal, NOWHERE)
-    bucket_dijkstra(weight, found, goal, start)
+    search_buckets(weight, whole, goal, NOWHERE)
+    search_buckets(weight, found, goal, start)
     assert found[start] == whole[start]
     assert (found >= whole).all()
     assert (found < 0).sum() <= (whole < 0).sum()

@@ -8,7 +8,7 @@ import shapely
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.closed_places import CLOSED, NOTHING_CLOSED, SPACING, Closures
-from drake_starnav.planning.closures import add_latest_node, blocking_zones, close_path, reopen_closures
+from drake_starnav.planning.closures import add_latest_node, close_path, find_blocking_zones, reopen_closures
 from drake_starnav.planning.roadmap import replace_regions
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
@@ -95,4 +95,4 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
 )
 def test_the_wall_that_bars_the_way_is_named(areas: list, name: str) -> None:
     state, now = begun(keep_outs(*areas))
-    assert blocking_zones(state, now) == name
+    assert find_blocking_zones(state, now) == name

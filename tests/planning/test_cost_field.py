@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from drake_starnav.planning import cost_field
 from drake_starnav.planning.bucket_search import UNREACHED
 from drake_starnav.planning.closed_places import CLOSED
-from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, CostmapParams, cost_to_go
+from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, CostmapParams, compute_cost_to_go
 from drake_starnav.planning.grid import STRIDE, Coverage, Grid
 from tests.helpers.scans import RADIUS, seeds, wandered
 
@@ -81,7 +81,7 @@ def test_cost_to_go_equals_scipy_on_the_same_grid(seed, near_wall_cost):
     goal = rng.uniform(-2.5, 2.5, 2)
     cells, expected = reference_cost(grid, goal, near_wall_cost)
     with patch.object(cost_field, "NEAR_WALL_COST", near_wall_cost):
-        cost = at(cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS)), cells)
+        cost = at(compute_cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS)), cells)
     # the cost of a point is the least over its own and the eight cells around it, and the way there
     away = np.hypot(*np.moveaxis(cells[:, None] - cells, -1, 0))
     best = np.where(away < 1.5 * CELL, away + expected, np.inf).min(axis=1)
@@ -95,7 +95,7 @@ def test_a_closure_closes_its_disc_and_nothing_else():
 
     def way(*places: tuple[float, float]) -> np.ndarray:
         closures = np.reshape(places, (-1, 2)).astype(float)
-        return cost_to_go(wall, goal, LOW, HIGH, CostmapParams(RADIUS, closures)).path(start)
+        return compute_cost_to_go(wall, goal, LOW, HIGH, CostmapParams(RADIUS, closures)).path(start)
 
     assert not len(way((0.0, 1.4)))  # in the middle of the only door
     np.testing.assert_array_equal(way((2.9, 2.9)), way())
@@ -108,11 +108,12 @@ def test_a_closure_closes_its_disc_and_nothing_else():
 def test_cells_outside_the_known_regions_cost_more(seed):
     _, roadmap = wandered(seed, nodes=3)
     plain, weighed = (
-        cost_to_go(grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).weight.astype(int)
+        compute_cost_to_go(grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).weight.astype(int)
         for grid in (dataclasses.replace(roadmap.grid, coverage=Coverage()), roadmap.grid)
     )
     middles = (
-        cost_to_go(roadmap.grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).origin + (np.argwhere(plain) - 1) * CELL
+        compute_cost_to_go(roadmap.grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).origin
+        + (np.argwhere(plain) - 1) * CELL
     )
     added = np.where(roadmap.union.contains(middles), 0, 3)
     np.testing.assert_array_equal((weighed - plain)[plain > 0], added)
@@ -124,15 +125,15 @@ def test_a_walled_in_goal_or_point_and_places_outside_of_the_box_are_infinitely_
     box = memory(np.vstack([line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]))
     inside, outside, far = np.zeros(2), np.array((2.5, 2.5)), np.array((30.0, 0.0))
     points = np.array((inside, outside, far))
-    cost = at(cost_to_go(box, inside, LOW, HIGH, CostmapParams(RADIUS)), points)
+    cost = at(compute_cost_to_go(box, inside, LOW, HIGH, CostmapParams(RADIUS)), points)
     assert cost[0] < CELL and cost[1] == np.inf and cost[2] == np.inf
-    assert at(cost_to_go(box, outside, LOW, HIGH, CostmapParams(RADIUS)), inside[None])[0] == np.inf
+    assert at(compute_cost_to_go(box, outside, LOW, HIGH, CostmapParams(RADIUS)), inside[None])[0] == np.inf
 
 
 def test_a_search_ends_at_a_robot_in_a_blocked_cell():
     grid = memory(line((-2.0, -1.0), (-2.0, 1.0)))
     robot, goal = np.array((-2.0 + RADIUS - 0.1, 0.0)), np.zeros(2)
-    early, full = (cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS), end) for end in (robot, None))
+    early, full = (compute_cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS), end) for end in (robot, None))
     place = tuple(np.rint((robot - full.origin) / full.cell).astype(int) + 1)
     assert full.weight[place] == 0  # the robot touches the wall, but for the cells around it
     assert at(early, robot[None])[0] == at(full, robot[None])[0] < np.inf
@@ -145,7 +146,7 @@ def test_the_path_leads_over_free_cells_to_the_goal_and_is_as_long_as_its_cost(s
     rng = np.random.default_rng(seed)
     grid = memory(rng.uniform(-3.0, 3.0, (20, 2)))
     goal, start = rng.uniform(-2.5, 2.5, (2, 2))
-    field = cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS))
+    field = compute_cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS))
     cost, path = at(field, start[None])[0], field.path(start)
     assert len(path) > 0 or not cost < np.inf
     if len(path):
@@ -163,7 +164,7 @@ def test_a_passage_that_the_robot_just_fits_lies_between_no_cells(shift):
 
     def cost(half: float) -> float:
         wall = [line((0.0, -3.5), (0.0, shift - half)), line((0.0, shift + half), (0.0, 3.5))]
-        return float(at(cost_to_go(memory(np.vstack(wall)), goal, LOW, HIGH, CostmapParams(RADIUS)), points)[0])
+        return float(at(compute_cost_to_go(memory(np.vstack(wall)), goal, LOW, HIGH, CostmapParams(RADIUS)), points)[0])
 
     assert cost(RADIUS + 0.5 * RESOLUTION) < 2.3
     assert cost(RADIUS - BLOCKED_SLACK * RADIUS - 0.75 * RESOLUTION) == math.inf

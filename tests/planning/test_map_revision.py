@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from drake_starnav.planning.grid import Coverage
 from drake_starnav.planning.map_revision import (
     CONTRADICTION,
-    consistent_regions,
+    find_consistent_regions,
+    find_mappable_hits,
     forget_contradicted,
-    mappable_hits,
-    seen_through,
+    measure_share_seen_through,
 )
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
@@ -32,7 +32,7 @@ HERE = np.array((0.5, -0.2, 0.3))
 def reconcile(roadmap, observation, margins, robot_radius):
     """The roadmap without what a new scan contradicts."""
     return replace_regions(
-        roadmap, consistent_regions(roadmap, observation, margins, robot_radius), margins, robot_radius
+        roadmap, find_consistent_regions(roadmap, observation, margins, robot_radius), margins, robot_radius
     )
 
 
@@ -69,8 +69,8 @@ def test_hits_are_forgotten_that_later_scans_alone_saw_through(turned):
     before, now = seen_at(shut, place, 0.0), np.array((-0.5, -0.6, turned))
     after = seen_at(free, now, 1.0)
     (left,) = forget_contradicted((before,), (after,), RADIUS)
-    hits = mappable_hits(left)[0]
-    assert 0 < len(hits) < len(mappable_hits(before)[0]) and (np.abs(hits) > (2.9, 1.9)).any(axis=1).all()
+    hits = find_mappable_hits(left)[0]
+    assert 0 < len(hits) < len(find_mappable_hits(before)[0]) and (np.abs(hits) > (2.9, 1.9)).any(axis=1).all()
     assert forget_contradicted((after,), (before,), RADIUS)[0] is after
 
 
@@ -100,7 +100,7 @@ def test_a_cut_region_is_clear_of_the_new_hits(seed):
     for region in moved.regions:
         if np.hypot(*(scan.points(pose) - region.center).T).min() < RADIUS + region.margin:
             continue  # its centre is no place for the robot: from there all ways out are ways away
-        values = cut_back(region, *mappable_hits(observed(scan, pose)), RADIUS + region.margin)
+        values = cut_back(region, *find_mappable_hits(observed(scan, pose)), RADIUS + region.margin)
         assert (values <= region.free_range).all()
         angle = region.bearing_0 + 2.0 * np.pi / len(values) * np.arange(len(values))
         tips = region.center + values[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -117,7 +117,7 @@ def test_a_drifted_map_yields_to_the_latest_scan(offset):
     assert len(found) < len(roadmap)
     for region in found.regions:
         radius = RADIUS + region.margin - CONTRADICTION * RADIUS
-        slack = region.free_range - cut_back(region, *mappable_hits(seen), radius)
+        slack = region.free_range - cut_back(region, *find_mappable_hits(seen), radius)
         assert slack.max() <= CONTRADICTION * RADIUS
     places = np.random.default_rng(0).uniform(-4.0, 4.0, (2000, 2))
     alone = RegionUnion(*found.union.rows)  # the index knows no region that is gone
@@ -146,7 +146,7 @@ def test_nodes_seen_through_are_kept_if_the_pose_is_exact():
     roadmap = explored(posts, PLACES[:1])
     through = observed(cast(dataclasses.replace(ROOM, cylinders=[]), HERE), HERE)
     trusting = MARGINS
-    assert seen_through(roadmap.nodes[0], through, CONTRADICTION * RADIUS) > 0.1
+    assert measure_share_seen_through(roadmap.nodes[0], through, CONTRADICTION * RADIUS) > 0.1
     assert reconcile(roadmap, through, trusting, RADIUS) is roadmap
     assert len(reconcile(roadmap, through, DROPPING, RADIUS)) == 0
 
@@ -159,7 +159,7 @@ def test_hits_of_dropped_nodes_are_forgotten_only_where_the_pose_may_err(pose_er
     margins = dataclasses.replace(MARGINS, drop_seen_through=pose_errs)
     doorway = np.array((0.55, 1.0))
     roadmap = explored(world, np.array([(-1.5, 0.0), doorway]), margins)
-    post = mappable_hits(roadmap.nodes[1])[0]
+    post = find_mappable_hits(roadmap.nodes[1])[0]
     post = post[np.hypot(*(post - (2.0, -1.2)).T) < 0.25]
     assert len(post) > 3 and (roadmap.grid.distance(post) < 0.05).all()
     after = replace_regions(roadmap, [roadmap.regions[0], None], margins, RADIUS)

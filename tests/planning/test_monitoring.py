@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.impassable import inflated_hits
+from drake_starnav.planning.impassable import inflate_hits
 from drake_starnav.planning.monitoring import (
     DOUBTED_WITHIN,
     OBSTRUCTION_SLACK,
@@ -17,7 +17,7 @@ from drake_starnav.planning.monitoring import (
 )
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import Progress, Route
-from drake_starnav.planning.string_pulling import LOOKAHEAD, farthest_in_sight
+from drake_starnav.planning.string_pulling import LOOKAHEAD, find_farthest_in_sight
 from drake_starnav.surroundings import Observation, StarRegion
 from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
 from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
@@ -60,7 +60,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
                 break
             passed += 1
         inside = stack.contains(place[None])[0]
-        hits = inflated_hits(now.observation, MARGINS, RADIUS)
+        hits = inflate_hits(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.route.beyond[1::2, None] - hits[None], axis=2)
         here = unite_regions([region])
         near = state.route.beyond[: 1 + int((measure_arc_lengths(state.route.beyond)[1:] < LOOKAHEAD * RADIUS).sum())]
@@ -73,7 +73,7 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
         assert check.passed_count == passed
         assert check.has_strayed == (inside and not in_view(stack, place, state.route.path[passed]))
         assert check.is_doubtful == bool((roadmap.grid.distance(way) < RADIUS).any())
-        assert farthest_in_sight(state.route.beyond, *place, region.as_union, RADIUS) == max(ahead, default=-1)
+        assert find_farthest_in_sight(state.route.beyond, *place, region.as_union, RADIUS) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
     assert all(len(values) > 1 for values in found.values()), found
@@ -84,7 +84,7 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
     place = roadmap.regions[0].center
     region, now = seen_from(world, place)
     rng = np.random.default_rng(0)
-    hits = inflated_hits(now.observation, MARGINS, RADIUS)
+    hits = inflate_hits(now.observation, MARGINS, RADIUS)
     state = dataclasses.replace(
         state_in(rng, roadmap, place),
         route=Route(place[None] + (0.1, 0.0), np.stack((place, place)), hits[:4]),

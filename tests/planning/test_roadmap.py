@@ -6,7 +6,13 @@ from hypothesis import given, settings
 
 from drake_starnav.planning.closed_places import CLOSED
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap, add_node, refit_regions, replace_regions, uncovered_share
+from drake_starnav.planning.roadmap import (
+    StarRoadmap,
+    add_node,
+    measure_uncovered_share,
+    refit_regions,
+    replace_regions,
+)
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.star_region import clear_region, unite_regions
@@ -55,9 +61,9 @@ def test_the_uncovered_share_is_that_of_random_points_in_the_region(seed):
     points = region.center + rng.uniform(-region.reach, region.reach, (20000, 2))
     points = points[region.contains(points)]
     new = ~np.any([other.contains(points) for other in others], axis=0)
-    assert uncovered_share(region, unite_regions(others)) == pytest.approx(new.mean(), abs=0.03)
-    assert uncovered_share(region, roadmap.union) == 0.0
-    assert uncovered_share(region, RegionUnion.none()) == 1.0
+    assert measure_uncovered_share(region, unite_regions(others)) == pytest.approx(new.mean(), abs=0.03)
+    assert measure_uncovered_share(region, roadmap.union) == 0.0
+    assert measure_uncovered_share(region, RegionUnion.none()) == 1.0
 
 
 @settings(max_examples=15)

@@ -1,7 +1,7 @@
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.string_pulling import last_in_sight, pull_string
+from drake_starnav.planning.string_pulling import find_last_in_sight, pull_string
 from tests.helpers.scans import RADIUS, distance, free_point, in_view, length, seeds, wandered
 
 
@@ -30,5 +30,5 @@ def test_the_last_point_in_sight_is_the_last_that_a_line_reaches(seed):
     position, points = free_point(rng, world, RADIUS), rng.uniform(-6.0, 6.0, (12, 2))
     seen = [in_view(roadmap.union, position, point) for point in points]
     expected = max((k for k in range(12) if seen[k]), default=-1)
-    assert last_in_sight(points, *position, roadmap.union, 0.25) == expected
-    assert last_in_sight(points[:0], *position, roadmap.union, 0.25) == -1
+    assert find_last_in_sight(points, *position, roadmap.union, 0.25) == expected
+    assert find_last_in_sight(points[:0], *position, roadmap.union, 0.25) == -1

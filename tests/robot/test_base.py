@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import velocity_towards
+from drake_starnav.robot.limits import find_velocity_towards
 from drake_starnav.robot.motion import Actuation, roll_out
 
 ROBOTS = {name: RobotParameters(base=name) for name in BASES}
@@ -29,7 +29,7 @@ def test_twists_are_cut_off_at_the_limits_and_nan_stays(name):
 @pytest.mark.parametrize("name", BASES)
 def test_proposals_begin_with_what_is_desired_and_stay_within_the_limits(name):
     robot = ROBOTS[name]
-    desired = convert_to_twist(velocity_towards(0.4, 0.6, robot.limits), robot.drive)
+    desired = convert_to_twist(find_velocity_towards(0.4, 0.6, robot.limits), robot.drive)
     proposals = list(robot.drive.proposals(desired, robot.limits))
     np.testing.assert_allclose(proposals[0], desired)
     for proposal in proposals:
@@ -40,7 +40,7 @@ def test_proposals_begin_with_what_is_desired_and_stay_within_the_limits(name):
 def test_the_law_comes_nearer_to_what_lies_ahead(name):
     robot = ROBOTS[name]
     for error in (-1.0, -0.2, 0.0, 0.2, 1.0):
-        twist = convert_to_twist(velocity_towards(error, robot.max_speed, robot.limits), robot.drive)
+        twist = convert_to_twist(find_velocity_towards(error, robot.max_speed, robot.limits), robot.drive)
         actuation = Actuation(robot.limits, disc(0.2), 0.5, 0.0, robot.drive)
         motion = roll_out(np.zeros(3), np.zeros(len(twist)), twist, actuation)
         x, y = motion.position[-1]

@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import velocity_towards
+from drake_starnav.robot.limits import find_velocity_towards
 from drake_starnav.robot.motion import Actuation, roll_out
 
 ROBOT = RobotParameters(base="car", least_radius=0.5)
@@ -30,7 +30,7 @@ def test_it_does_not_turn_where_it_stands():
 
 @pytest.mark.parametrize("error", [0.3, -1.2, 2.5, math.pi - 0.1])
 def test_it_steers_towards_a_direction(error):
-    v, bend = convert_to_twist(velocity_towards(error, 0.8, ROBOT.limits), ROBOT.drive)
+    v, bend = convert_to_twist(find_velocity_towards(error, 0.8, ROBOT.limits), ROBOT.drive)
     assert v > 0.0
     assert math.copysign(1.0, bend) == math.copysign(1.0, error)
     assert abs(bend) <= ROBOT.limits.max_yaw_rate

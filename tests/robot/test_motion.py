@@ -23,7 +23,7 @@ from drake_starnav.robot.motion import (
     Velocity,
     advance_pose,
     body_rates,
-    gripped,
+    limit_to_grip,
     predict_pose,
     ramp_value,
     ramp_velocity,
@@ -204,8 +204,8 @@ def test_a_velocity_falls_as_fast_as_the_robot_brakes_and_grows_as_fast_as_it_sp
 
 
 def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
-    assert gripped(GRIP_WHILE_BRAKING) == GRIP
-    assert gripped(2.0 * GRIP_WHILE_BRAKING) == pytest.approx(GRIP / 8.0)
+    assert limit_to_grip(GRIP_WHILE_BRAKING) == GRIP
+    assert limit_to_grip(2.0 * GRIP_WHILE_BRAKING) == pytest.approx(GRIP / 8.0)
     limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, GRIP_WHILE_BRAKING, 10.0)
     assert not slides(2.0, 0.5 * GRIP, limits)
     assert slides(2.0, -0.51 * GRIP, limits)

@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import velocity_towards
+from drake_starnav.robot.limits import find_velocity_towards
 from drake_starnav.robot.motion import Actuation, roll_out
 
 ROBOT = RobotParameters(base="omnidirectional")
@@ -16,7 +16,7 @@ ROBOT = RobotParameters(base="omnidirectional")
 
 @pytest.mark.parametrize("error", [0.0, 1.0, 1.6, -2.5, math.pi])
 def test_it_drives_at_once_in_any_direction(error):
-    x, y, omega = convert_to_twist(velocity_towards(error, 0.5, ROBOT.limits), ROBOT.drive)
+    x, y, omega = convert_to_twist(find_velocity_towards(error, 0.5, ROBOT.limits), ROBOT.drive)
     assert (x, y) == pytest.approx((0.5 * math.cos(error), 0.5 * math.sin(error)))
     assert omega == pytest.approx(np.clip(2.0 * math.remainder(error, math.pi), -2.0, 2.0), abs=1e-9)
 

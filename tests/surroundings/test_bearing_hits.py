@@ -9,7 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.surroundings.bearing_hits import beams_to_bearings, measure_half_gaps, points_to_bearings
+from drake_starnav.surroundings.bearing_hits import (
+    convert_beams_to_bearings,
+    convert_points_to_bearings,
+    measure_half_gaps,
+)
 from tests.helpers.scans import cast, scattered, seeds
 
 
@@ -21,7 +25,7 @@ def circle(n: int, radius: float, **changes) -> LaserScan:
 
 def on_grid(scan: LaserScan, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Distance, half gap and offset."""
-    return beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
+    return convert_beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
 
 
 @given(st.integers(1, 3), st.booleans())
@@ -78,7 +82,9 @@ def test_points_and_scans_give_the_same_hits(seed: int, yaw: float, reach: float
     scan = cast(scattered(np.random.default_rng(seed)))
     pose = np.array((0.3, -0.2, yaw))
     gaps = measure_half_gaps(scan.distances, scan.beams)[scan.hits]
-    found, gap, offset = points_to_bearings(scan.points(pose), gaps, *pose[:2], yaw + scan.angle_min, reach, 720)
+    found, gap, offset = convert_points_to_bearings(
+        scan.points(pose), gaps, *pose[:2], yaw + scan.angle_min, reach, 720
+    )
     distance, expected_gap, _ = on_grid(scan, 720)
     near = distance < reach - 1e-9
     np.testing.assert_allclose(found[near], distance[near])
@@ -89,7 +95,7 @@ def test_points_and_scans_give_the_same_hits(seed: int, yaw: float, reach: float
 
 def test_the_nearest_point_of_a_sample_counts_with_the_largest_gap_and_offset() -> None:
     points = np.array(((1.0, 0.0), (2.0, 0.002), (9.0, 0.0)))
-    distance, gap, offset = points_to_bearings(points, np.array((0.01, 0.03, 0.5)), 0.0, 0.0, 0.0, 3.0, 360)
+    distance, gap, offset = convert_points_to_bearings(points, np.array((0.01, 0.03, 0.5)), 0.0, 0.0, 0.0, 3.0, 360)
     assert distance[0] == 1.0 and gap[0] == 0.03
     assert offset[0] == pytest.approx(0.001, rel=1e-3)
     assert np.isinf(distance[1:]).all()

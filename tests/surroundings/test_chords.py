@@ -9,7 +9,13 @@ from hypothesis import given
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, USUAL_COVER_RADIUS, Beams, LaserScan
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
-from drake_starnav.surroundings.chords import BINS, Chords, chords_from_hits, measure_visible_ranges, occluding_chords
+from drake_starnav.surroundings.chords import (
+    BINS,
+    Chords,
+    make_occluding_chords,
+    make_surface_chords,
+    measure_visible_ranges,
+)
 from tests.helpers.scans import seeds
 
 CHORD = CONNECTED_CHORD * USUAL_COVER_RADIUS
@@ -18,7 +24,7 @@ CHORD = CONNECTED_CHORD * USUAL_COVER_RADIUS
 def chords(hits: np.ndarray, newest: int, center: np.ndarray) -> Chords:
     """Hits as surfaces, of which the last scan's begin at an index."""
     pose = *map(float, center), 0.0
-    ends, occludes = chords_from_hits(hits[newest:], hits[:newest], pose, USUAL_COVER_RADIUS)
+    ends, occludes = make_surface_chords(hits[newest:], hits[:newest], pose, USUAL_COVER_RADIUS)
     return Chords(ends, np.ones(len(ends), bool), occludes, center)
 
 
@@ -59,7 +65,7 @@ def test_hits_as_far_apart_as_a_chord_may_be_long_stay_alone():
 def blind(beams: Beams, place: tuple[float, float, float]) -> shapely.Geometry:
     """What chords that hide without being surfaces hide, as far as 9 m."""
     center, wedges = np.array(place[:2]), []
-    for ends in occluding_chords(beams, place).reshape(-1, 2, 2):
+    for ends in make_occluding_chords(beams, place).reshape(-1, 2, 2):
         far = center + 9.0 / np.hypot(*(ends - center).T)[:, None] * (ends - center)
         wedges.append(shapely.MultiPoint(np.vstack((ends, far))).convex_hull)
     return shapely.union_all(wedges)
@@ -89,7 +95,7 @@ def test_lost_beams_what_moves_and_bearings_beside_the_view_hide(seed: int) -> N
 
 def test_a_lidar_that_sees_all_around_and_hits_surfaces_hides_nothing_else() -> None:
     scan = LaserScan(0.0, -np.pi, 2.0 * np.pi / 90, 0.0, 5.0, np.full(90, 2.0))
-    assert len(occluding_chords(scan.beams, (0.0, 0.0, 0.0))) == 0
+    assert len(make_occluding_chords(scan.beams, (0.0, 0.0, 0.0))) == 0
 
 
 @given(seeds)

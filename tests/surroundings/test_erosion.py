@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.surroundings.bearing_hits import measure_half_gaps, points_to_bearings
+from drake_starnav.surroundings.bearing_hits import convert_points_to_bearings, measure_half_gaps
 from drake_starnav.surroundings.erosion import (
     FreeRange,
+    compute_free_range,
     erode,
-    free_range,
     make_bearing_tables,
     smooth_distances,
 )
@@ -29,7 +29,7 @@ def full_scan(ranges: np.ndarray, range_max: float = 5.0) -> LaserScan:
 
 
 def profile(scan: LaserScan, margins: Margins = RAW) -> FreeRange:
-    return free_range(scan, scan.distances, RADIUS, margins)
+    return compute_free_range(scan, scan.distances, RADIUS, margins)
 
 
 def rays(scan: LaserScan, samples: int) -> np.ndarray:
@@ -110,7 +110,7 @@ def test_points_off_the_sampled_bearings_bound_from_inside(seed):
     angle, length = rng.uniform(-math.pi, math.pi, 200), rng.uniform(INFLATED + 0.02, 2.0, 200)
     points = length[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     center, bearing_0 = rng.uniform(-5.0, 5.0, 2), rng.uniform(-4.0, 4.0)
-    hits = points_to_bearings(points + center, np.zeros(200), *center, bearing_0, 3.0, 720)
+    hits = convert_points_to_bearings(points + center, np.zeros(200), *center, bearing_0, 3.0, 720)
     samples = erode(*hits, INFLATED, np.full(720, 2.0 - INFLATED), *make_bearing_tables(720))
     left = rng.integers(0, 720, 500)
     bearing = bearing_0 + 2.0 * math.pi / 720 * (left + rng.random(500))

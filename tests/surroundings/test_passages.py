@@ -9,13 +9,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.surroundings.bearing_hits import beams_to_bearings, measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import convert_beams_to_bearings, measure_half_gaps
 from drake_starnav.surroundings.erosion import (
     FreeRange,
+    compute_free_limit,
+    compute_free_range,
     erode,
-    field_of_view,
-    free_limit,
-    free_range,
+    find_field_of_view,
     make_bearing_tables,
     smooth_distances,
     within_sight,
@@ -31,14 +31,14 @@ MARGIN, LEAST = MARGINS.preferred, MARGINS.least
 
 
 def profile(scan: LaserScan, margins: Margins = MARGINS) -> FreeRange:
-    return free_range(scan, scan.distances, RADIUS, margins)
+    return compute_free_range(scan, scan.distances, RADIUS, margins)
 
 
 def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     """The free range with a margin, m, that no passage changes."""
     samples, inflated = 720, RADIUS + margin
-    limit = free_limit(field_of_view(scan), samples, scan.range_max - RADIUS - MARGIN)
-    hits = beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
+    limit = compute_free_limit(find_field_of_view(scan), samples, scan.range_max - RADIUS - MARGIN)
+    hits = convert_beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
     return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *make_bearing_tables(samples))
 
 
@@ -113,7 +113,7 @@ def test_in_any_world_a_disc_with_the_margin_kept_touches_nothing(seed):
     assert clear[moves].min(initial=np.inf) > RADIUS + found.margin - 1e-9
     assert clear[moves & (found.values == plain)].min(initial=np.inf) > RADIUS + MARGIN - 1e-9
     region = make_scan_region(scan, np.zeros(3), RADIUS, MARGINS)
-    smoothed = free_range(scan, smooth_distances(scan), RADIUS, MARGINS)
+    smoothed = compute_free_range(scan, smooth_distances(scan), RADIUS, MARGINS)
     np.testing.assert_array_equal(region.free_range, smoothed.values)
     assert region.margin == smoothed.margin
 

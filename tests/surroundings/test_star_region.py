@@ -5,7 +5,7 @@ from hypothesis import given, settings
 
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.surroundings.bearing_hits import measure_half_gaps
-from drake_starnav.surroundings.erosion import FreeRange, free_range
+from drake_starnav.surroundings.erosion import FreeRange, compute_free_range
 from drake_starnav.surroundings.star_region import (
     StarRegion,
     fit_region,
@@ -25,7 +25,7 @@ def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     pose = np.array((*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0)))
     scan = cast(scattered(rng), pose)
-    profile = free_range(scan, scan.distances, RADIUS, MARGINS)
+    profile = compute_free_range(scan, scan.distances, RADIUS, MARGINS)
     region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
     return region, scan.points(pose), measure_half_gaps(scan.distances, scan.beams)[scan.hits]
 

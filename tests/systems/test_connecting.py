@@ -6,7 +6,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource, PassThrough
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.systems.connecting import add_system, connect_inputs, output_port, outputs
+from drake_starnav.systems.connecting import add_system, connect_inputs, find_output_port, list_outputs
 from drake_starnav.systems.release import release
 
 
@@ -57,12 +57,12 @@ def test_what_does_not_fit_is_refused(sizes, words) -> None:
 
 def test_the_only_output_may_have_any_name() -> None:
     source = ConstantVectorSource([1.0, 2.0])
-    assert output_port(source, "twist_command", 2, "controller") is source.get_output_port()
+    assert find_output_port(source, "twist_command", 2, "controller") is source.get_output_port()
     with pytest.raises(StarnavError, match="output port y0 is a vector of size 2; allowed: a vector of size 5"):
-        output_port(source, "state", 5, "controller")
+        find_output_port(source, "state", 5, "controller")
     with pytest.raises(StarnavError, match="controller has the output ports none; allowed: one named twist_command"):
-        output_port(Ports(), "twist_command", 2, "controller")
-    assert list(outputs(source)) == ["y0"]
+        find_output_port(Ports(), "twist_command", 2, "controller")
+    assert list(list_outputs(source)) == ["y0"]
 
 
 def test_a_system_is_added_once() -> None:
@@ -83,6 +83,6 @@ def test_a_system_of_a_diagram_that_was_released_is_refused() -> None:
 
 def test_an_abstract_output_is_asked_for_without_a_size() -> None:
     source = ConstantValueSource(Value[object]("a footprint"))
-    assert output_port(source, "footprint", None, "footprint") is source.get_output_port()
+    assert find_output_port(source, "footprint", None, "footprint") is source.get_output_port()
     with pytest.raises(StarnavError, match="output port y0 is a vector of size 1; allowed: abstract"):
-        output_port(ConstantVectorSource([1.0]), "footprint", None, "footprint")
+        find_output_port(ConstantVectorSource([1.0]), "footprint", None, "footprint")
