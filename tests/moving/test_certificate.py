@@ -144,48 +144,6 @@ def test_the_room_to_brake_is_that_of_the_fastest_obstacle() -> None:
     assert not stays_clear(np.zeros(3), still, creep, MovingCertificate(discs, room - 0.1, 0.0))
 
 
-@settings(max_examples=40, deadline=None)
-@given(seed=seeds, desired=st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)))
-def test_a_larger_speed_or_a_later_command_certifies_nothing_more(seed: int, desired: tuple[float, float]) -> None:
-    rng = np.random.default_rng(seed)
-    tracks = seen(rng.uniform(-2.0, 2.0, (3, 2)), 0.2)
-    twist = np.array((rng.uniform(0.0, 0.8), 0.0))
-
-    def certified(speed: float, age: float) -> bool:
-        rows = find_reachable_discs(tracks, DynamicObstacleParameters(max_speed=speed))
-        return stays_clear(np.zeros(3), twist, np.array(desired), MovingCertificate(rows, 0.0, age))
-
-    if not certified(0.4, 0.0):
-        assert not certified(0.8, 0.0)
-        assert not certified(0.4, 0.1)
-
-
-def least_room(pose, twist, desired, hold: float, delay: float, rows: np.ndarray, age: float) -> float:
-    """Least distance (m) of a robot that follows `desired` and brakes to where a threat may be, at every sample."""
-    motion, least = roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)), math.inf
-    speed = np.abs(motion.twist[:, 0])
-    for k in range(1, len(speed)):
-        if max(speed[k], speed[k - 1]) >= STANDING_SPEED:
-            time = age + motion.time[k]
-            places, add_radius = rows[:, :2] + time * rows[:, 2:4], rows[:, 5] + time * rows[:, 4]
-            least = min(least, float((np.hypot(*(places - motion.position[k]).T) - add_radius).min()))
-        if k >= motion.braking and speed[k] < STANDING_SPEED:
-            break
-    return least
-
-
-@settings(max_examples=60, deadline=None)
-@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]), st.sampled_from([0.0, 0.05, 0.2]))
-def test_reachable_discs_go_where_their_tracks_say_and_grow_meanwhile(seed: int, hold: float, delay: float) -> None:
-    rng = np.random.default_rng(seed)
-    rows = np.hstack((rng.uniform(-3.0, 3.0, (6, 2)), rng.uniform(-1.0, 1.0, (6, 2)), rng.uniform(0.0, 0.5, (6, 2))))
-    twist, desired = rng.uniform((0.1, -2.0), (0.8, 2.0)), rng.uniform((-0.8, -2.0), (0.8, 2.0))
-    pose, age = rng.uniform(-1.0, 1.0, 3), rng.uniform(0.0, 0.2)
-    room = least_room(pose, twist, desired, hold, delay, rows, age)
-    assert stays_clear(pose, twist, desired, MovingCertificate(rows, room - RADIUS - 1e-9, age), hold, delay)
-    assert not stays_clear(pose, twist, desired, MovingCertificate(rows, room - RADIUS + 1e-9, age), hold, delay)
-
-
 def room(places: np.ndarray, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Distance of the robot at each place and time to what may be nearest by then, shape (n,), m; exact."""
     centers = rows[:, :2] + times[:, None, None] * rows[:, 2:4]
@@ -255,28 +213,6 @@ def test_what_cannot_come_near_at_full_speed_while_the_robot_stops_is_left_out()
     np.testing.assert_array_equal(MovingCertificate.near(tracked, np.array((1.0, 2.0)), acting).discs[:, :2], hits[:1])
 
 
-@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
-@pytest.mark.parametrize(("speed", "growth"), [(0.0, 0.0), (0.0, 0.8), (0.8, 0.0), (0.3, 0.3)])
-def test_in_long_steps_it_is_no_less_noticed_what_comes_near_meanwhile(way, speed, growth) -> None:
-    """The robot goes from one side of the origin to the other and back, and something comes near in between."""
-    way, half = np.array(way), 0.5
-    for count in (2, 3, 40):
-        there = np.linspace(-half, half, count)[:, None] * way
-        places = np.vstack((there[:1], there, there[-2::-1]))
-        samples = np.zeros((len(places), 6))
-        samples[:, :2], samples[:-1, 3] = places, 1.0
-        samples[:, 5] = np.linspace(0.0, 1.0, len(places))
-        motion = Motion(samples, 0, len(places) - 1, True, disc(RADIUS))
-        met = samples[count, 5]
-        for distance, accepted in ((RADIUS - 0.05, True), (RADIUS + 0.05, False)):
-            start = (half + RADIUS + (speed + growth) * met) * way  # touches the robot at the far end, then follows
-            row = np.array([(*start, *(-speed * way), growth, 0.0)])
-            reached = room(places, samples[:, 5], row).min()
-            assert (reached >= distance) == accepted or (speed or growth)
-            clear = MovingCertificate(row, distance - RADIUS, 0.0).accepts(motion)
-            assert clear == (reached >= distance)
-
-
 @pytest.mark.parametrize(("gap", "accepted"), [(MARGIN_M - 0.5 * 0.02, True), (MARGIN_M - 1.5 * 0.02, False)])
 def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepted: bool) -> None:
     still = np.array([(RADIUS + gap, 0.0, 0.0, 0.0, 0.0, 0.0)])
@@ -285,11 +221,6 @@ def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepte
     commands = Actuation(LIMITS, disc(RADIUS), PERIOD, 0.0)
     certificate = MovingCertificate.near(TrackedObstacles(tracked, 0.0, slow), np.zeros(2), commands)
     assert stays_clear(np.zeros(3), np.zeros(2), np.array((-0.1, 0.0)), certificate) == accepted
-
-
-def test_where_nothing_may_come_near_any_motion_is_accepted() -> None:
-    nothing = MovingCertificate(find_reachable_discs(Tracks(time=0.0), OBSTACLES), 0.0, 0.0)
-    assert stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 1.0)), nothing)
 
 
 def test_standing_and_turning_is_always_certified() -> None:

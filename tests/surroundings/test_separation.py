@@ -92,8 +92,9 @@ def test_a_motion_keeps_clear_if_it_does_so_at_each_of_its_poses(seed: int) -> N
     kept = np.where(bounds[:, :1] < margin, np.maximum(bounds[:, :1], ESCAPE_CLEARANCE), margin)
     if accepts:
         assert inside and (distances >= kept - 2e-9).all()
-    else:
-        assert not (inside and (bounds >= kept).all())
+    else:  # a place that an occluding chord hides may come nearer though the nearest one does not
+        needed = np.where(surfaces.occludes[:, None], margin, kept)
+        assert not (inside and (bounds >= needed).all())
 
 
 @pytest.mark.parametrize(("room", "clear"), [(0.29, False), (0.31, True), (-1.0, False)])
