@@ -70,9 +70,8 @@ class Driven(NamedTuple):
         report_text = f"{self.end} after {counted(self.ticks, 'command')}, {counted(self.late, 'period')} late; "
         report_text += f"a command takes {p50:.1f} ms (p99 {p99:.1f}, longest {worst:.1f})"
         report_text += "".join(f"; {count} x {why}" for why, count in self.dropped.items())
-        return report_text + (
-            "; " + _describe_slow_answer(self.answer, self.declared) if self.answer > self.declared else ""
-        )
+        warning = _describe_slow_answer([self.answer], self.declared)
+        return f"{report_text}; {warning}" if warning else report_text
 
 
 def drive(
@@ -99,14 +98,14 @@ def drive(
     """
     from drake_starnav.runtime.log import RunLog  # late: an extra
 
-    period, took, ticks, late = navigator.actuation.hold, [0.0], 0, 0
-    scenario, answers = navigator.scenario, [0.0]
+    period, scenario = navigator.actuation.hold, navigator.scenario
+    durations, answers, ticks, late = [], [0.0], 0, 0
     declared_delay = scenario.lidar.delay + scenario.drive.delay + period
     run_log = None if log is None else RunLog(Path(log), navigator)
     navigator.reset()
     gc.collect()
     gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
-    end, command = "over", None
+    end = "over"
     try:
         with _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset:
             robot.read()  # what waited while the navigator was built is old
@@ -114,23 +113,15 @@ def drive(
             for tick in _count_periods(begin, period, begin + seconds):
                 late += tick - ticks - 1 if ticks else 0
                 ticks, start_time = tick, time.perf_counter()
-                reading = Reading(*robot.read())
-                if reading.goal is None:
-                    reading = reading._replace(goal=goal)
-                if reset.is_set():
-                    reset.clear()
-                    reading = reading._replace(reset=True)
+                reading = _read(robot, goal, reset)
                 command = navigator.step(*reading)
                 robot.drive(command)
-                took.append(time.perf_counter() - start_time)
-                answers += _measure_scan_ages(reading, took[-1])
+                durations.append(time.perf_counter() - start_time)
+                answers += _measure_scan_ages(reading, durations[-1])
                 if run_log is not None:
-                    run_log.note(reading, command, took[-1])
-                if not quiet and len(took) % max(round(0.5 / period), 1) == 0:
-                    answer = float(np.percentile(answers[-MANY:], 99.0))
-                    _print_status(
-                        command, _describe_slow_answer(answer, declared_delay) if answer > declared_delay else ""
-                    )
+                    run_log.note(reading, command, durations[-1])
+                if not quiet and len(durations) % max(round(0.5 / period), 1) == 0:
+                    _print_status(command, _describe_slow_answer(answers[-MANY:], declared_delay))
                 if stop_signal.is_set():
                     end = "stopped"
                     break
@@ -142,9 +133,20 @@ def drive(
         if run_log is not None:
             run_log.close()
         gc.unfreeze()
-    p50, p99, worst = np.percentile(took[1:] or [0.0], (50.0, 99.0, 100.0)).tolist()
-    answer = float(np.percentile(answers, 99.0))
-    return Driven(end, len(took) - 1, late, (p50, p99, worst), dict(navigator.intake.dropped), answer, declared_delay)
+    p50, p99, worst = np.percentile(durations or [0.0], (50.0, 99.0, 100.0)).tolist()
+    answer, dropped = float(np.percentile(answers, 99.0)), dict(navigator.intake.dropped)
+    return Driven(end, len(durations), late, (p50, p99, worst), dropped, answer, declared_delay)
+
+
+def _read(robot: DrivenRobot, goal: Sequence[float] | None, reset: threading.Event) -> Reading:
+    """Read a robot; the goal is `goal` where it reads none, and an event that is set asks for a reset, once."""
+    reading = Reading(*robot.read())
+    if reading.goal is None:
+        reading = reading._replace(goal=goal)
+    if reset.is_set():
+        reset.clear()
+        reading = reading._replace(reset=True)
+    return reading
 
 
 def _count_periods(begin: float, period: float, end: float) -> Iterator[int]:
@@ -200,7 +202,11 @@ def _measure_scan_ages(reading: Reading, took: float) -> list[float]:
     return [age for age in ages if math.isfinite(age)]
 
 
-def _describe_slow_answer(answer: float, declared_delay: float) -> str:
+def _describe_slow_answer(answers: Sequence[float], declared_delay: float) -> str:
+    """Say that 99 of 100 answers take longer than declared, s; empty: they do not."""
+    answer = float(np.percentile(answers, 99.0))
+    if answer <= declared_delay:
+        return ""
     allowed_text = f"lidar.delay, drive.delay and a period allow {1e3 * declared_delay:.0f} ms"
     return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed_text}"
 

@@ -47,39 +47,25 @@ STEPS, LOST, FAST = 400, 7, 1e3
 
 def warm_up(navigator: "Navigator") -> None:
     """Let a navigator drive a robot that does exactly what it is told; then it is to be reset."""
-    act, lidars, mounts = navigator.actuation, navigator.scenario.all_lidars, navigator.mounts
-    unit = 4.0 * navigator.scenario.robot.radius
-    moving = navigator.scenario.obstacles.max_speed
-    pose, twist, step_count = np.zeros(3), np.zeros(len(act.base.components)), 0
+    act, unit = navigator.actuation, 4.0 * navigator.scenario.robot.radius
+    pose, twist, scan_count = np.zeros(3), np.zeros(len(act.base.components)), 0
     for k in range(len(GOALS) * STEPS):
-        current_time = (k + 1) * act.hold
+        time = (k + 1) * act.hold
         goal_x, goal_y, *heading = GOALS[k // STEPS]
-        goal = unit * goal_x, unit * goal_y, *heading
-        scans = []
-        while step_count / lidars[0].rate <= current_time:
-            disc_aside = (
-                np.array([(unit * 3.5 - moving * current_time, -unit, 0.2)]) if moving > 0.0 else np.zeros((0, 3))
-            )
-            rows = np.vstack((make_circle_rows(np.vstack((unit * POSTS, disc_aside))), make_segment_rows(unit * WALLS)))
-            for number, (lidar, mount) in enumerate(zip(lidars, mounts, strict=True)):
-                scans.append(
-                    (number, _make_scan(rows, pose, lidar, mount, current_time, step_count % LOST == LOST - 1))
-                )
-            step_count += 1
-        told_command, (x, y, yaw) = Told.of(current_time, twist, act.limits), pose.tolist()
-        command = navigator.step(
-            current_time,
-            scans,
-            [Odometry(current_time, x, y, yaw, told_command.ahead, told_command.turning, told_command.aside)],
-            goal,
-        )
+        scans: list[tuple[int, LaserScan]] = []
+        while scan_count / navigator.scenario.lidar.rate <= time:
+            scans += enumerate(_make_scans(navigator, pose, time, scan_count % LOST == LOST - 1))
+            scan_count += 1
+        told_command, (x, y, yaw) = Told.of(time, twist, act.limits), pose.tolist()
+        row = Odometry(time, x, y, yaw, told_command.ahead, told_command.turning, told_command.aside)
+        command = navigator.step(time, scans, [row], (unit * goal_x, unit * goal_y, *heading))
         if scans:
             _ask_of_fast_motions(navigator, pose)
         next_pose, _, _ = advance_pose(
             Pose(*pose), convert_to_velocity(twist), convert_to_velocity(command.twist), act.hold, act.limits
         )
         pose, twist = np.array(next_pose), command.twist
-    observation = Observation(None, _make_scan(rows, pose, lidars[0], mounts[0], current_time, False), pose)
+    observation = Observation(None, _make_scans(navigator, pose, time, False)[0], pose)
     average_scans((observation, observation), math.inf)  # asked only where hits seem to close the way
     _revise_roadmap(navigator, observation)
     load_uncalled()
@@ -120,6 +106,17 @@ def load_uncalled() -> None:
             function.compile(signature)
 
 
+def _make_scans(navigator: "Navigator", pose: np.ndarray, time: float, loses_beams: bool) -> list[LaserScan]:
+    """What the lidars of a robot see of posts, walls and, where obstacles may move, of a disc that comes towards it."""
+    unit, speed = 4.0 * navigator.scenario.robot.radius, navigator.scenario.obstacles.max_speed
+    discs = unit * POSTS
+    if speed > 0.0:
+        discs = np.vstack((discs, (unit * 3.5 - speed * time, -unit, 0.2)))
+    rows = np.vstack((make_circle_rows(discs), make_segment_rows(unit * WALLS)))
+    lidars = zip(navigator.scenario.all_lidars, navigator.mounts, strict=True)
+    return [_make_scan(rows, pose, lidar, mount, time, loses_beams) for lidar, mount in lidars]
+
+
 def _make_scan(
     rows: np.ndarray, pose: np.ndarray, lidar: LidarParameters, mount: Mount, time: float, loses_beams: bool
 ) -> LaserScan:
@@ -134,5 +131,4 @@ def _make_scan(
     ranges = ranges[::-1] if mount.upside_down else ranges
     if loses_beams:
         ranges[::9] = math.nan
-    fields = lidar.scan_fields
-    return LaserScan(time, ranges=ranges, **fields)
+    return LaserScan(time, ranges=ranges, **lidar.scan_fields)

@@ -221,9 +221,8 @@ def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
             if is_overlapping(*_cover_place(a, one or ()), *_cover_place(b, other or ())):
                 distance = math.dist((one or ())[:2], (other or ())[:2])
                 raise StarnavError(
-                    f"{what} of {a.name} and {b.name} are {distance:.3g} m apart; allowed: where their "
-                    "footprints do not "
-                    "touch"
+                    f"{what} of {a.name} and {b.name} are {distance:.3g} m apart; "
+                    "allowed: where their footprints do not touch"
                 )
 
 

@@ -38,6 +38,7 @@ from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.utils.files import check_outputs, write_text
 from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+from drake_starnav.worlds.world import World
 
 PROGRESS_PERIOD = 1.0
 """Simulated time between two reports of progress, with a look at whether the robot drives as it is told, s."""
@@ -86,15 +87,7 @@ def run_trial(
     method = check_method(scenario, method)
     make_simulator_config(scenario.simulator_config)  # refused before the run
     check_outputs([None if path is None else Path(path) for path in (html, csv)])
-    check_kind(parts, Parts, "parts", "of your own")
-    if parts.station is not None:
-        raise StarnavError("parts has a station; allowed: none, as a trial makes its own")
-    world = parts.world
-    if world is None:
-        world = robot_world(scenario, seed)
-    if scenario.goals:
-        x, y, *_ = scenario.goals[-1]
-        world = dataclasses.replace(world, goal=(x, y))
+    world = _make_trial_world(scenario, parts, seed)
     # first: a world too large for it is refused at once
     shortest = find_omniscient_path(world, scenario.robot.shape, scenario.goals)
     observers: list[Observer] = [] if observer is None else [observer]
@@ -102,8 +95,7 @@ def run_trial(
         from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
 
         observers.append(Recorder(html))
-    stopwatch = Stopwatch()
-    builder = DiagramBuilder()
+    stopwatch, builder = Stopwatch(), DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
         station = add_station(builder, world, scenario, continuous=True, seed=seed)
@@ -113,29 +105,15 @@ def run_trial(
         for each in observers:
             each.add_to(builder, navigation, scenario)
         holder = diagram = builder.Build()
-        simulator = make_simulator(diagram, settings=scenario.simulator_config)
-        reports: list[tuple[float, str]] = []
-        watch = make_watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
-        start = time.perf_counter()
-        message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
-        end = simulator.get_context()
-        if message.startswith("unreachable") and (area := read_blocking_reason(navigation, end)):
-            reports.append((end.get_time(), area))
-        run = read_run(simulator, navigation, logs[0], message, time.perf_counter() - start)
-        run = dataclasses.replace(run, blocked=tuple(reports))
+        run = _simulate(diagram, navigation, logs, scenario, world, progress)
         steps: dict[str, Any] = {name: stopwatch.summarize(name) for name in STEPS}
-        by = (
-            method
-            if parts.controller is None
-            else getattr(parts.controller, "__name__", type(parts.controller).__name__)
-        )
-        hull = compute_hull_clearances(world, run, scenario.robot.shape)
-        trial_figures = compute_trial_figures(scenario, world, shortest, run, hull)
-        trial = Trial(scenario=scenario.name, method=by, seed=seed, **trial_figures, **steps)
+        if parts.controller is not None:
+            method = getattr(parts.controller, "__name__", type(parts.controller).__name__)
+        clearances = compute_hull_clearances(world, run, scenario.robot.shape)
+        trial_figures = compute_trial_figures(scenario, world, shortest, run, clearances)
+        trial = Trial(scenario=scenario.name, method=method, seed=seed, **trial_figures, **steps)
         if csv is not None:
-            rows = np.column_stack((run.times, run.driven, hull[1]))
-            lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
-            write_text(Path(csv), "\n".join(lines) + "\n")
+            _write_states(Path(csv), run, clearances[1])
         for each in observers:
             each.finish(make_caption_lines(trial), Motion(run.times, run.driven[:, :3]))
         if trial.outcome == INTERRUPTED:
@@ -144,6 +122,46 @@ def run_trial(
         return trial
     finally:
         release(holder)
+
+
+def _make_trial_world(scenario: Scenario, parts: Parts, seed: int) -> World:
+    """The world of the parts, or else of the scenario, with the last goal of the scenario, if it has any."""
+    check_kind(parts, Parts, "parts", "of your own")
+    if parts.station is not None:
+        raise StarnavError("parts has a station; allowed: none, as a trial makes its own")
+    world = robot_world(scenario, seed) if parts.world is None else parts.world
+    if not scenario.goals:
+        return world
+    x, y, *_ = scenario.goals[-1]
+    return dataclasses.replace(world, goal=(x, y))
+
+
+def _simulate(
+    diagram: Diagram,
+    navigation: Navigation,
+    logs: list[VectorLogSink],
+    scenario: Scenario,
+    world: World,
+    progress: Callable[[float, float], None] | None,
+) -> Run:
+    """Simulate until something ends the trial; the run says also what blocked the robot, and when."""
+    simulator = make_simulator(diagram, settings=scenario.simulator_config)
+    reports: list[tuple[float, str]] = []
+    watch = make_watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
+    start_time = time.perf_counter()
+    message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
+    context = simulator.get_context()
+    if message.startswith("unreachable") and (area := read_blocking_reason(navigation, context)):
+        reports.append((context.get_time(), area))
+    run = read_run(simulator, navigation, logs[0], message, time.perf_counter() - start_time)
+    return dataclasses.replace(run, blocked=tuple(reports))
+
+
+def _write_states(path: Path, run: Run, clearances: np.ndarray) -> None:
+    """Write time, state and clearance of the footprint at each step of the plant as CSV."""
+    rows = np.column_stack((run.times, run.driven, clearances))
+    lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def read_run(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:

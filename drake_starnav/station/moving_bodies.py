@@ -33,36 +33,36 @@ def add_moving_obstacles(
     """
     if not len(moving_obstacles):
         return
+    inspector = scene_graph.model_inspector()
+    others = set(inspector.GetAllGeometryIds(Role.kProximity))
+    height = find_obstacle_height(plant, scene_graph)
     model = plant.AddModelInstance(MOVING_OBSTACLES)
     starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
-    inspector = scene_graph.model_inspector()
-    previous_geometries = set(inspector.GetAllGeometryIds(Role.kProximity))
-    height = find_obstacle_height(plant, scene_graph)
-    X_BG = RigidTransform([0.0, 0.0, 0.5 * height])
     for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
-        inertia = SpatialInertia.SolidCylinderWithMass(MOVING_OBSTACLE_MASS, radius, height, [0.0, 0.0, 1.0])
-        parent = plant.world_body()
-        for (axis, direction), place in zip(_AXES.items(), start, strict=True):
-            if axis == "x":  # the body that slides along x has no mass
-                body = plant.AddRigidBody(f"moving_obstacle_{k}_slide", model, SpatialInertia.Zero())
-            else:
-                body = plant.AddRigidBody(f"moving_obstacle_{k}", model, inertia)
-            joint = plant.AddJoint(
-                PrismaticJoint(f"moving_obstacle_{k}_{axis}", parent.body_frame(), body.body_frame(), direction)
-            )
-            joint.set_default_translation(place)
-            plant.AddJointActuator(f"moving_obstacle_{k}_{axis}", joint)
-            parent = body
-        shape, name = Cylinder(radius, height), f"moving_obstacle_{k}"
-        plant.RegisterCollisionGeometry(parent, X_BG, shape, name, CoulombFriction(0.3, 0.3))
-        plant.RegisterVisualGeometry(parent, X_BG, shape, f"{name}_visual", [*MOVING_OBSTACLE_COLOR, 1.0])
-    robot_frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(robot)]
-    others = previous_geometries - {
-        g for frame in robot_frames for g in inspector.GetGeometries(frame, Role.kProximity)
-    }
-    moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - previous_geometries))
+        _add_cylinder(plant, model, f"moving_obstacle_{k}", Cylinder(radius, height), start)
+    moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - others))
+    for index in plant.GetBodyIndices(robot):
+        others -= set(inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(index), Role.kProximity))
     declaration = CollisionFilterDeclaration().ExcludeWithin(moving).ExcludeBetween(moving, GeometrySet(list(others)))
     scene_graph.collision_filter_manager().Apply(declaration)
+
+
+def _add_cylinder(
+    plant: MultibodyPlant, model: ModelInstanceIndex, name: str, shape: Cylinder, start: np.ndarray
+) -> None:
+    """Add an upright cylinder that slides along x and y from a place (2,), m, by a motor for each."""
+    mass, X_BG = MOVING_OBSTACLE_MASS, RigidTransform([0.0, 0.0, 0.5 * shape.length()])
+    inertia = SpatialInertia.SolidCylinderWithMass(mass, shape.radius(), shape.length(), [0.0, 0.0, 1.0])
+    slide = plant.AddRigidBody(f"{name}_slide", model, SpatialInertia.Zero())  # along x, without a mass
+    body, parent = plant.AddRigidBody(name, model, inertia), plant.world_body()
+    for child, (axis, direction), place in zip((slide, body), _AXES.items(), start, strict=True):
+        frames = parent.body_frame(), child.body_frame()
+        joint = plant.AddJoint(PrismaticJoint(f"{name}_{axis}", *frames, direction))
+        joint.set_default_translation(place)
+        plant.AddJointActuator(f"{name}_{axis}", joint)
+        parent = child
+    plant.RegisterCollisionGeometry(body, X_BG, shape, name, CoulombFriction(0.3, 0.3))
+    plant.RegisterVisualGeometry(body, X_BG, shape, f"{name}_visual", [*MOVING_OBSTACLE_COLOR, 1.0])
 
 
 def add_moving_obstacle_drive(

@@ -72,13 +72,14 @@ def add_robot(
             both sides, or it sticks out of its footprint.
     """
     path, root, body, has_changed = make_robot_urdf(robot)
-    sketch, scene, wheels = *_make_empty_plant(), None
-    read = RobotModel(sketch, scene, _parse_model(Parser(sketch), root, path))
-    faults, has_base = [], sketch.HasBodyNamed("base_link", read.index)  # else there is nothing from which to measure
+    sketch, scene = _make_empty_plant()
+    model_read = RobotModel(sketch, scene, _parse_model(Parser(sketch), root, path))
+    has_base = sketch.HasBodyNamed("base_link", model_read.index)  # else there is nothing from which to measure
     planar = robot.drive.holonomic and has_base
+    faults, wheels = [], None
     if has_base and not planar:
         try:
-            wheels = find_wheels(read, robot.wheel_joints)
+            wheels = find_wheels(model_read, robot.wheel_joints)
         except ValueError as error:
             faults.append(str(error))
     names = () if wheels is None else (*wheels.left, *wheels.right)
@@ -104,8 +105,7 @@ def add_robot(
     if floor is not None:
         _set_gains(robot_model)
         _exclude_wheel_collisions(robot_model)
-        X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [start[0], start[1], -floor])
-        plant.SetDefaultFloatingBaseBodyPose(robot_model.base, X_WB)
+        _place_on_floor(robot_model, start, floor)
     return robot_model.index
 
 
@@ -130,6 +130,12 @@ def _parse_model(parser: Parser, root: ElementTree.Element, path: str) -> ModelI
     with refuse_parser_warnings(f"robot model {path}", "a URDF file with one robot", said):
         (model,) = parser.AddModelsFromString(text, "urdf")
     return model
+
+
+def _place_on_floor(robot: RobotModel, start: tuple[float, float, float], floor: float) -> None:
+    x, y, yaw = start
+    X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, -floor])
+    robot.plant.SetDefaultFloatingBaseBodyPose(robot.base, X_WB)
 
 
 def _set_gains(robot: RobotModel) -> None:
@@ -198,8 +204,7 @@ def find_model_faults(robot: RobotModel, parameters: RobotParameters, floor: flo
         if pushing_ability < (asked_acceleration := getattr(parameters, name)):
             yield (
                 f"its wheels push it with at most {pushing_ability:.3g} m/s^2, and robot.{name} is "
-                f"{asked_acceleration:g} m/s^2; allowed: no "
-                "more, a larger effort of their joints, or less mass"
+                f"{asked_acceleration:g} m/s^2; allowed: no more, a larger effort of their joints, or less mass"
             )
     top_acceleration, asked_acceleration = turning_ability / SPARE_GRIP, parameters.max_yaw_acceleration
     fault_text = f"robot.max_yaw_acceleration is {asked_acceleration:g} rad/s^2"
@@ -213,9 +218,8 @@ def find_model_faults(robot: RobotModel, parameters: RobotParameters, floor: flo
         fault_text += f"{hardest:g} m/s^2 on circles of robot.least_radius {parameters.least_radius:g} m"
     if top_acceleration < asked_acceleration:
         yield (
-            f"its wheels turn it with at most {top_acceleration:.3g} rad/s^2, and {fault_text}; allowed: no "
-            "more, wheels farther apart, "
-            "a larger effort of their joints, or less inertia about the axis"
+            f"its wheels turn it with at most {top_acceleration:.3g} rad/s^2, and {fault_text}; allowed: no more, "
+            "wheels farther apart, a larger effort of their joints, or less inertia about the axis"
         )
     least, largest, middle = find_standing_range(robot, floor)
     if not least < middle < largest:

@@ -9,12 +9,15 @@ import numpy as np
 from pydrake.geometry import (
     Box,
     Cylinder,
+    FrameId,
     FramePoseVector,
     GeometryFrame,
     GeometryInstance,
     MakePhongIllustrationProperties,
     Meshcat,
+    SceneGraph,
     Shape,
+    SourceId,
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -32,7 +35,7 @@ from drake_starnav.visualization.page import ROOT, Cameras, Caption
 from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline
-from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.world import World
 
 COLORS: tuple[meshes.Color, ...] = (
@@ -95,81 +98,91 @@ def record_tracks(
     layers |= meshes.add_scene_layers({}, world)
     del layers["robot"]  # there are several, each with a row of its own
     caption, rate = Caption(scenario.name, (line,), layers, shown), parameters.frames_per_second
-    of_one = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
+    scenarios = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
     bodies = [
-        _make_robot_body(each, trail.color, body_top(one), 0.02 * (len(driven) - k))  # the first is on top
-        for k, (each, one, trail) in enumerate(zip(driven, of_one, trails, strict=True))
+        _make_robot_body(each, trail.color, body_top(own), 0.02 * (len(driven) - k))  # the first is on top
+        for k, (each, own, trail) in enumerate(zip(driven, scenarios, trails, strict=True))
     ]
     meshcat, motions = start_quiet_meshcat(), tuple(each.motion for each in driven)
     times = np.arange(0.0, max(motion.duration for motion in motions) + 1.0 / rate, 1.0 / rate)
     stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / rate, layers)
     meshcat.StartRecording(rate, set_visualizations_while_recording=False)
-    scene = _play_motions(meshcat, world, max(map(obstacle_top, of_one)), bodies, times)
-    for layer, each in zip(names, driven, strict=True):
-        for place in each.goals:
-            stage.add(layer, meshes.make_goal_star(place, each.robot.radius, world.extent), 0.0)
+    scene = _play_motions(meshcat, world, max(map(obstacle_top, scenarios)), bodies, times)
     if "goal" in layers:
         stage.add("goal", meshes.make_goal_star(world.goal, driven[0].robot.radius, world.extent), 0.0)
     for each, name in zip(driven, names, strict=True):
-        width = meshes.LINE_WIDTH * meshes.choose_mark_scale(world.extent, each.robot.radius)
-        _add_trail(stage, each.motion, name, (width, layers[name].height), parameters)
-    finish_recording(
-        meshcat, html, caption, Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
-    )
+        _add_goals_and_trail(stage, each, name, layers[name].height, world.extent, parameters)
+    cameras = Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
+    finish_recording(meshcat, html, caption, cameras)
     return RecordedRun(caption, world.extent, scene, stage.shapes, motions)
 
 
-def _add_trail(
-    stage: MeshcatStage, motion: Motion, layer: str, size: tuple[float, float], parameters: RecordingParameters
+def _add_goals_and_trail(
+    stage: MeshcatStage,
+    driven: Driven,
+    layer: str,
+    height: float,
+    extent: tuple[float, float, float, float],
+    parameters: RecordingParameters,
 ) -> None:
-    """Let the trail of a robot grow, of a width and a height above the floor, m."""
-    rate = parameters.frames_per_second
+    """Mark the goals of a robot in a world of that extent, and let its trail grow, so high above the floor, m."""
+    for place in driven.goals:
+        stage.add(layer, meshes.make_goal_star(place, driven.robot.radius, extent), 0.0)
+    width = meshes.LINE_WIDTH * meshes.choose_mark_scale(extent, driven.robot.radius)
+    rate, motion = parameters.frames_per_second, driven.motion
     times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
     every = max(round(rate / parameters.scan_rate), 1)
     places = np.array([motion.at(float(time))[:2] for time in times])
     for k in range(1, len(times)):
         if k % every == 0 or k == len(times) - 1:
-            stage.add(
-                layer, meshes.make_ribbon(places[(k - 1) // every * every : k + 1], *size), times[k] + FRAME_SLACK
-            )
+            trail = meshes.make_ribbon(places[(k - 1) // every * every : k + 1], width, height)
+            stage.add(layer, trail, times[k] + FRAME_SLACK)
 
 
 def _play_motions(
     meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body], times: np.ndarray
 ) -> SceneTimeline:
     """Show a world's obstacles, of a height, m, and how they and bodies move at the times, s, also in Meshcat."""
-    positions, _ = moving_obstacle_states(world.moving_obstacles, times)
-    paths, color = np.insert(positions, 2, 0.0, axis=2).swapaxes(0, 1), meshes.MOVING_OBSTACLES.color
-    moving = [
-        _Body(f"moving_obstacle_{k}", Motion(times, path), [(Cylinder(radius, height), 0.0, 0.5 * height, color)])
-        for k, (radius, path) in enumerate(zip(world.moving_obstacles.radii, paths, strict=True))
-    ]
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     add_still_obstacles(plant, world, height)
     plant.Finalize()
-    source, motions = scene_graph.RegisterSource("bodies"), {}
-    for name, motion, parts in (*bodies, *moving):
-        frame = scene_graph.RegisterFrame(source, GeometryFrame(name))
-        motions[frame] = motion
-        for k, (shape, forward_axis, up, color) in enumerate(parts):
-            part = GeometryInstance(RigidTransform([forward_axis, 0.0, up]), shape, f"{name}_{k}")
-            part.set_illustration_properties(MakePhongIllustrationProperties([*color, 1.0]))
-            scene_graph.RegisterGeometry(source, frame, part)
+    source = scene_graph.RegisterSource("bodies")
+    moving = _make_moving_bodies(world.moving_obstacles, height, times)
+    motions = {_register_body(scene_graph, source, body): body.motion for body in (*bodies, *moving)}
     add_scene(builder, plant, scene_graph, meshcat, find_floor_geometries(plant, scene_graph))
     scene, diagram = SceneTimeline(scene_graph), builder.Build()
     context = diagram.CreateDefaultContext()
-    of_scene = scene_graph.GetMyContextFromRoot(context)
+    scene_context = scene_graph.GetMyContextFromRoot(context)
     for time in times.tolist():
         context.SetTime(time + FRAME_SLACK)
         poses = FramePoseVector()
         for frame, motion in motions.items():
             x, y, yaw = motion.at(time)
             poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
-        scene_graph.get_source_pose_port(source).FixValue(of_scene, poses)
+        scene_graph.get_source_pose_port(source).FixValue(scene_context, poses)
         diagram.ForcedPublish(context)
-        scene.note(scene_graph.get_query_output_port().Eval(of_scene), time)
+        scene.note(scene_graph.get_query_output_port().Eval(scene_context), time)
     return scene
+
+
+def _make_moving_bodies(obstacles: MovingObstacles, height: float, times: np.ndarray) -> list[_Body]:
+    positions, _ = moving_obstacle_states(obstacles, times)
+    paths, color = np.insert(positions, 2, 0.0, axis=2).swapaxes(0, 1), meshes.MOVING_OBSTACLES.color
+    return [
+        _Body(f"moving_obstacle_{k}", Motion(times, path), [(Cylinder(radius, height), 0.0, 0.5 * height, color)])
+        for k, (radius, path) in enumerate(zip(obstacles.radii, paths, strict=True))
+    ]
+
+
+def _register_body(scene_graph: SceneGraph, source: SourceId, body: _Body) -> FrameId:
+    """Let a scene show a body; returns the frame that moves it."""
+    frame = scene_graph.RegisterFrame(source, GeometryFrame(body.name))
+    for k, (shape, forward_axis, up, color) in enumerate(body.parts):
+        part = GeometryInstance(RigidTransform([forward_axis, 0.0, up]), shape, f"{body.name}_{k}")
+        part.set_illustration_properties(MakePhongIllustrationProperties([*color, 1.0]))
+        scene_graph.RegisterGeometry(source, frame, part)
+    return frame
 
 
 def _make_robot_body(driven_robot: Driven, color: meshes.Color, height: float, above: float) -> _Body:
