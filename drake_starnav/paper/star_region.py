@@ -39,14 +39,14 @@ def make_traversable_region(scan: LaserScan, pose: np.ndarray, radius: float) ->
     return fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_boundary)
 
 
-def fit_boundary(samples: np.ndarray, radius: float = 0.0, one_sided: bool = False) -> PiecewiseCubic:
+def fit_boundary(samples: np.ndarray, radius: float = 0.0) -> PiecewiseCubic:
     """Eq. (3) and (4): phi_j(theta) = sum_i a_ij theta^i, i = 0..3;  Phi(theta) = phi_j(theta) in segment j.
 
     As printed, by least squares, with the abscissa scaled in each segment. Samples are of shape (M,), m; the radius is
-    not used; `one_sided` as for `fit_segments`.
+    not used.
     """
     breaks = find_segment_breaks(samples, choices.JUMP, choices.SLOPE_CHANGE, int(choices.SHORTEST_SEGMENT))
-    return fit_segments(samples, breaks, math.inf, one_sided)
+    return fit_segments(samples, breaks, math.inf, False)
 
 
 @kernel
@@ -77,7 +77,7 @@ def find_segment_breaks(samples, jump, change, shortest):
 
 
 def make_range_profile(
-    scan: LaserScan, distance: np.ndarray, radius: float, reach: float = math.inf, less: float = 0.0, samples: int = 0
+    scan: LaserScan, distance: np.ndarray, radius: float, reach: float = math.inf, samples: int = 0
 ) -> FreeRange:
     """Return the range of the nearest beam at every bearing, as the free range of a robot without extent.
 
@@ -85,11 +85,11 @@ def make_range_profile(
         scan: in the sensor frame S at the robot's centre.
         distance: shape (n,), its ranges, m.
         radius: of the robot, m.
-        reach, less: farther ranges are cut off, and this is taken off all, m.
+        reach: farther ranges are cut off, m.
         samples: M; 0: as many as `count_bearings`.
     """
     samples = samples or count_bearings(scan)
     beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
     beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = compute_free_limit(find_field_of_view(scan), samples, max(min(scan.range_max, reach) - less, 0.0))
-    return FreeRange(np.clip(distance[beam] - less, 0.0, limit), limit, 0.0, radius)
+    limit = compute_free_limit(find_field_of_view(scan), samples, min(scan.range_max, reach))
+    return FreeRange(np.clip(distance[beam], 0.0, limit), limit, 0.0, radius)

@@ -275,11 +275,7 @@ def _add_navigators(
         others = [g for j, own in enumerate(shapes) if j != k for g in own]
         period = 1.0 / each.controller.rate
         monitor = CollisionMonitor(
-            robot=shapes[k],
-            ground=robot.floor,
-            moving_obstacles=others,
-            footprint=robot.robot.shape,
-            period=period,
+            robot=shapes[k], ground=robot.floor, moving_obstacles=others, footprint=robot.robot.shape, period=period
         )
         monitor = builder.AddNamedSystem(f"collision_monitor_of_{each.name}", monitor)
         builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
@@ -291,10 +287,7 @@ def _add_navigators(
 
 
 def _simulate_robots(
-    simulator: Simulator,
-    robots: Sequence[DrivenRobot],
-    timeout: float,
-    progress: Callable[[float, float], None] | None,
+    simulator: Simulator, robots: Sequence[DrivenRobot], timeout: float, progress: Callable[[float, float], None] | None
 ) -> str:
     watches = [
         make_watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None)

@@ -16,12 +16,7 @@ LEAST = np.array((0.005, 0.01))
 
 
 def check_drive(
-    station: StationInterface,
-    times: np.ndarray,
-    states: np.ndarray,
-    commands: np.ndarray,
-    *,
-    slip: float = 0.0,
+    station: StationInterface, times: np.ndarray, states: np.ndarray, commands: np.ndarray, *, slip: float = 0.0
 ) -> None:
     """Raise a `StarnavError` with the likely cause if the robot has not driven as it was told lately.
 

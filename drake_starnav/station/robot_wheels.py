@@ -7,14 +7,7 @@ import numpy as np
 from pydrake.geometry import Cylinder, ProximityProperties, Role, RoleAssign, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction
-from pydrake.multibody.tree import (
-    BodyIndex,
-    FixedOffsetFrame,
-    RevoluteJoint,
-    RigidBody,
-    SpatialInertia,
-    UnitInertia,
-)
+from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, RevoluteJoint, RigidBody, SpatialInertia, UnitInertia
 
 from drake_starnav.station.robot_geometry import RobotModel, set_floor_contact
 
@@ -224,11 +217,7 @@ def _find_stiffness(robot: RobotModel) -> float:
 
 
 def _register_sphere(
-    robot: RobotModel,
-    link: RigidBody,
-    X_LG: RigidTransform,
-    radius: float,
-    grip: ProximityProperties | None,
+    robot: RobotModel, link: RigidBody, X_LG: RigidTransform, radius: float, grip: ProximityProperties | None
 ) -> None:
     """Add a sphere that touches only the floor; without friction if nothing is known of its grip."""
     properties = ProximityProperties() if grip is None else grip

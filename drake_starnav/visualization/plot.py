@@ -47,12 +47,7 @@ MARKERS = {
 
 
 def draw_moment_figure(
-    run: RecordedRun,
-    time: float,
-    view: str = "top",
-    title: str = "",
-    width: float = WIDTH,
-    legend: bool = True,
+    run: RecordedRun, time: float, view: str = "top", title: str = "", width: float = WIDTH
 ) -> Figure:
     """A moment of a run, at a time, s, from above, with axes in metres, `width` inches wide.
 
@@ -62,13 +57,11 @@ def draw_moment_figure(
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(run.motions[0].at(time)) if view == "follow" else np.add(run.extent, walls)
     (x0, y0, x1, y1), caption = extent, run.caption
-    handles = (
-        [_make_legend_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)] if legend else []
-    )
-    legend_is_aside, legend_is_below = bool(handles) and width >= NARROW, bool(handles) and width < NARROW
-    scene = (0.67 if legend_is_aside else 0.9) * width * (y1 - y0) / (x1 - x0)  # its height, inches
-    legend_height = 0.22 * len(handles)  # height of the legend in one column, inches
-    figure = make_figure(max(scene + 0.9 + legend_height * legend_is_below, legend_height + 0.2), width)
+    handles = [_make_legend_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
+    is_narrow = width < NARROW
+    scene_height = (0.9 if is_narrow else 0.67) * width * (y1 - y0) / (x1 - x0)  # inches
+    legend_height = 0.22 * len(handles)  # in one column, inches
+    figure = make_figure(max(scene_height + 0.9 + legend_height * is_narrow, legend_height + 0.2), width)
     axes = figure.add_subplot(xlim=(x0, x1), ylim=(y0, y1), anchor="NW")
     axes.set_aspect("equal")
     axes.set_xlabel("x in m")
@@ -78,17 +71,13 @@ def draw_moment_figure(
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
     _draw_scene(axes, run, time)
-    if handles:
-        place = "outside right upper" if legend_is_aside else "outside lower center"
-        entries = figure.legend(handles=handles, loc=place, labelspacing=0.6, frameon=False)
-        for text in entries.get_texts():
-            text.set_parse_math(False)
+    place = "outside lower center" if is_narrow else "outside right upper"
+    for text in figure.legend(handles=handles, loc=place, labelspacing=0.6, frameon=False).get_texts():
+        text.set_parse_math(False)
     return figure
 
 
-def write_figure(
-    path: Path, run: RecordedRun, time: float, title: str = "", width: float = WIDTH, legend: bool = True
-) -> None:
+def write_figure(path: Path, run: RecordedRun, time: float, width: float = WIDTH) -> None:
     """Write `draw_moment_figure` as SVG or PDF, by the name's end; the same run gives the same file.
 
     Raises:
@@ -99,7 +88,7 @@ def write_figure(
     date_key = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
     file = io.BytesIO()
     with rc_context({**EMBEDDED_FONTS, "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
-        figure = draw_moment_figure(run, time, title=title, width=width, legend=legend)
+        figure = draw_moment_figure(run, time, width=width)
         figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={date_key: None})
     content = file.getvalue()
     if path.suffix == ".svg":

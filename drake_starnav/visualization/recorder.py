@@ -115,8 +115,6 @@ class Recorder:
         width: float | None = None,
         speed: float = 2.0,
         rate: int = 10,
-        title: str = "",
-        legend: bool = True,
     ) -> None:
         """Write a picture of the finished run from above, by the end of its name, without a browser.
 
@@ -125,7 +123,6 @@ class Recorder:
             time: of a still, s; by default the end.
             view: `top` or `follow`, of PNG, GIF and MP4.
             width: inches for SVG and PDF, e.g. 3.5 for a column of a paper (default: 11), otherwise pixels (1100).
-            title, legend: of SVG and PDF, above the scene, and whether there is one.
             speed, rate: of a clip, times real time, and pictures a second.
 
         Raises:
@@ -138,7 +135,7 @@ class Recorder:
         if self.recorded is None:
             raise StarnavError("the recorder has recorded no run yet; allowed: after finish")
         if file.suffix in pictures.STILLS:
-            pictures.write_still(file, self.recorded, time, view, width, title, legend)
+            pictures.write_still(file, self.recorded, time, view, width)
         else:
             pictures.write_clips([file], self.recorded, view, round(width or pictures.PIXELS), speed, rate)
 

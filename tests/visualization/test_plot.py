@@ -67,16 +67,15 @@ def test_files_are_small_repeatable_vectors(recorded, suffix, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("width", [3.5, 7.0])
-@pytest.mark.parametrize("legend", [True, False])
-def test_a_figure_for_a_paper_has_its_width_and_truetype_fonts(recorded, width, legend, tmp_path) -> None:
+def test_a_figure_for_a_paper_has_its_width_and_truetype_fonts(recorded, width, tmp_path) -> None:
     path = tmp_path / "a.pdf"
-    write_figure(path, recorded, 2.0, title="A title", width=width, legend=legend)
+    write_figure(path, recorded, 2.0, width)
     content = path.read_bytes()
     box = re.search(rb"/MediaBox \[ 0 0 ([0-9.]+) ", content)
     assert box is not None and float(box[1]) == pytest.approx(72.0 * width, abs=0.5)
     assert b"/Subtype /Type3" not in content and b"/FontFile2" in content  # TrueType, embedded
-    figure = draw_moment_figure(recorded, 2.0, title="A title", width=width, legend=legend)
-    assert figure.axes[0].get_title(loc="left") == "A title" and bool(figure.legends) == legend
+    figure = draw_moment_figure(recorded, 2.0, title="A title", width=width)
+    assert figure.axes[0].get_title(loc="left") == "A title" and figure.legends
 
 
 def test_a_width_in_another_unit_than_inches_is_refused(recorded, tmp_path) -> None:
