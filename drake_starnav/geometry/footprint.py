@@ -276,9 +276,8 @@ def _is_convex(corners: Sequence) -> np.ndarray:
     if depth.max() > IN_LINE or not shapely.Polygon(points).is_valid:
         inside_text = f": {points[depth.argmax()].tolist()} lies {1e3 * depth.max():.3g} mm inside its hull"
         raise StarnavError(
-            f"footprint {points.tolist()} is not convex{inside_text if depth.max() > IN_LINE else ''}; "
-            "allowed: a convex "
-            "polygon, or a list of convex polygons"
+            f"footprint {points.tolist()} is not convex{inside_text if depth.max() > IN_LINE else ''}; allowed: a "
+            "convex polygon, or a list of convex polygons"
         )
     return hull
 

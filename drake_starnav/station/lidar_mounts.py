@@ -65,15 +65,13 @@ def find_mount(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> M
     turned_text = f"frame {lidar.frame} is turned by roll {roll:g}, pitch {pitch:g}, yaw {yaw:g} rad in base_link"
     if tilt > MOST_TILT:
         raise StarnavError(
-            f"{turned_text}, {math.degrees(tilt):.3g} degrees from level; allowed: up to "
-            f"{math.degrees(MOST_TILT):g} degrees, "
-            "upright or upside down"
+            f"{turned_text}, {math.degrees(tilt):.3g} degrees from level; allowed: up to {math.degrees(MOST_TILT):g} "
+            "degrees, upright or upside down"
         )
     if tilt > TOLERANCE and lidar.range_max * math.sin(tilt) >= height:
         raise StarnavError(
-            f"{turned_text}, {math.degrees(tilt):.3g} degrees from level, and {height:.3g} m high: it sees "
-            "the floor from "
-            f"{height / math.sin(tilt):.3g} m on; allowed: a lidar.range_max below that, or less tilt"
+            f"{turned_text}, {math.degrees(tilt):.3g} degrees from level, and {height:.3g} m high: it sees the floor "
+            f"from {height / math.sin(tilt):.3g} m on; allowed: a lidar.range_max below that, or less tilt"
         )
     forward_axis = X_BS.rotation().matrix()[:2, 0]
     yaw = math.atan2(forward_axis[1], forward_axis[0])

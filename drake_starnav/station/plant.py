@@ -127,9 +127,8 @@ def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:
         names = (*plant.GetPositionNames(), *plant.GetVelocityNames())
         fault_text = next(f"{name} is {x:g}" for name, x in zip(names, state, strict=True) if not math.isfinite(x))
         raise StarnavError(
-            f"simulation failed at {context.get_time():.3f} s: in the plant {fault_text}; allowed: robots and "
-            "worlds that "
-            "Drake can simulate"
+            f"simulation failed at {context.get_time():.3f} s: in the plant {fault_text}; allowed: robots and worlds "
+            "that Drake can simulate"
         )
 
 

@@ -132,9 +132,8 @@ def check_reachable(world: World, robot: Footprint | float, place: str, goals: S
     for name, goal in _name_goal(world, place, goals):
         if find_leg(world, robot, begin, goal) is None:
             raise StarnavError(
-                f"{name} [{goal[0]:g}, {goal[1]:g}] is out of reach from the start "
-                f"[{begin[0]:g}, {begin[1]:g}] for {describe_size(robot)}; "
-                "allowed: a goal to which the robot has a way"
+                f"{name} [{goal[0]:g}, {goal[1]:g}] is out of reach from the start [{begin[0]:g}, {begin[1]:g}] for "
+                f"{describe_size(robot)}; allowed: a goal to which the robot has a way"
             )
         begin = list(goal)
 
