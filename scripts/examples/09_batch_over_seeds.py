@@ -29,7 +29,7 @@ from drake_starnav import (
     make_world,
     parse_scenario,
 )
-from drake_starnav.plotting import draw_goal, draw_robot, draw_world
+from drake_starnav.plotting import draw_goal, draw_robot, draw_world, save_figure
 from drake_starnav.station import simulated
 
 BLUE = "#0072B2"
@@ -164,8 +164,7 @@ def main(png: Path | None) -> None:
             draw_goal(axis, world.goal, "")
             axis.set(aspect="equal", title=outcome)
             axis.set_axis_off()
-        png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(png, dpi=80)
+        save_figure(figure, png, legend=False)
 
 
 if __name__ == "__main__":

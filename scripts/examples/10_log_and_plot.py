@@ -16,6 +16,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_starnav import ArrivalMonitor, add_navigation, load_scenario
+from drake_starnav.plotting import save_figure
 
 PERIOD = 0.05  # of the logs, s
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
@@ -66,8 +67,7 @@ def main(png: Path | None, csv: Path | None) -> None:
         clearance.set(ylabel="distance in m", xlabel="time in s", ylim=(0.0, None))
         for axis in (speed, clearance):
             axis.legend(loc="best", frameon=False)
-        png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(png, dpi=80)
+        save_figure(figure, png, legend=False)
 
 
 if __name__ == "__main__":

@@ -143,12 +143,9 @@ def comparison_cells(records: Sequence[Record], reference: Sequence[Record], sce
     cells = []
     for scenario in scenarios:
         trials = of_scenario(records, scenario)
-        ratio = compare_trials(trials, reference).time_ratio
-        cells += [
-            format_rate(count(trials, "reached"), len(trials)),
-            str(count(trials, "collision")),
-            format_number(ratio, 2),
-        ]
+        rate = format_rate(count(trials, "reached"), len(trials))
+        ratio = format_number(compare_trials(trials, reference).time_ratio, 2)
+        cells += [rate, str(count(trials, "collision")), ratio]
     return cells
 
 

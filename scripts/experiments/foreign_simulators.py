@@ -65,7 +65,6 @@ def main() -> None:
                 reached[j] += commands[-1].status == "reached"
                 touched[j] += robot.touched > 0
                 times[k, 1 + j] = robot.period * sum(each.status != "reached" for each in commands)
-            print(f"{name} {k}, seed {seed}: " + ", ".join(f"{each:.1f}" for each in times[k]) + " s", flush=True)
         shares = 1e3 * np.percentile(navigator.took, (50.0, 99.0, 100.0))
         steps.append([name, str(len(navigator.took)), *(f"{share:.2f}" for share in shares)])
         for j, simulator in enumerate(options.simulators):

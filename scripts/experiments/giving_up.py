@@ -8,6 +8,7 @@ Run: python scripts/experiments/giving_up.py [--closed N] [--solvable N] [--seed
 
 import argparse
 import math
+from collections import Counter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -186,10 +187,8 @@ def report(records: list[dict[str, Any]]) -> str:
         lines.append(f"  time / time to see the room: median {np.median(ratios):.2f}, most {max(ratios):.2f}")
     solvable = [r for r in records if not r["closed"]]
     if solvable:
-        counts = {
-            name: sum(r["outcome"] == name for r in solvable) for name in sorted({r["outcome"] for r in solvable})
-        }
-        lines.append(f"solvable: {len(solvable)}, " + ", ".join(f"{n} {name}" for name, n in counts.items()))
+        counts = Counter(r["outcome"] for r in solvable)
+        lines.append(f"solvable: {len(solvable)}, " + ", ".join(f"{n} {name}" for name, n in sorted(counts.items())))
     wrong = [r for r in records if r["outcome"] != ("unreachable" if r["closed"] else "reached")]
     lines += [f"  {r['kind']} {r['seed']}: {r['outcome']} after {r['time_s']:.1f} s" for r in wrong]
     lines += [f"  {r['kind']} {r['seed']}: late, {r['time_s']:.1f} s of {r['seen_s']:.1f} s" for r in late]

@@ -16,7 +16,6 @@ from typing import NamedTuple
 from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType, System
 
 import drake_starnav
-from drake_starnav.cli.options import run_for_exit_code
 from drake_starnav.navigation import add_navigation
 from drake_starnav.scenario.scenario_file import load_scenario
 from scripts.maintenance.record_results import stale, with_section
@@ -245,7 +244,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if one of them is out of date")
     options = parser.parse_args()
-    return run_for_exit_code("draw_architecture.py", lambda: write(options.check))
+    return write(options.check)
 
 
 if __name__ == "__main__":

@@ -153,9 +153,8 @@ def _methods_table(results: Results, summaries: dict[tuple[str, str], Summary]) 
             s = summaries.get((scenario, method))
             rates.append(f"{100.0 * s.reached / s.trials:.1f} %" if s and s.trials else "-")
         pair = compare_trials([r for r in results.records if r["method"] == method], first)
-        rows.append(
-            (method, *rates, format_number(pair.time_ratio, 1, 100.0), format_number(pair.path_ratio, 1, 100.0))
-        )
+        ratios = (format_number(ratio, 1, 100.0) for ratio in (pair.time_ratio, pair.path_ratio))
+        rows.append((method, *rates, *ratios))
     head = ("method", *(f"{scenario}: reached" for scenario in results.scenarios), "time, %", "path length, %")
     return format_markdown_table(head, rows)
 

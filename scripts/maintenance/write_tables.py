@@ -70,7 +70,6 @@ ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualizati
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 WRITTEN = "<!-- written by `python scripts/maintenance/write_tables.py`; change the code, not this file -->"
-WORLDS_PAGE, FAULTS_PAGE, SAFETY_PAGE = DOCS / "worlds.md", DOCS / "faults.md", ROOT / "SAFETY.md"
 FAULTS = ROOT / "benchmarks" / "results" / "faults"
 """The trials of scripts/experiments/fault_table.py that docs/faults.md quotes."""
 BEGIN = "<!-- tables: written by `python scripts/maintenance/write_tables.py`; change the code, not these -->"
@@ -303,13 +302,15 @@ def worlds_page() -> str:
     """The text of docs/worlds.md: what is written there by hand, with its tables up to date."""
     what = [(f"`!{name}`", _summary(cls)) for name, cls in WORLD_KINDS.items()]
     rows = [(f"`!{name}`", *row) for name, cls in WORLD_KINDS.items() for row in parameter_rows(cls, "world")]
-    return _with_tables(WORLDS_PAGE, [table(("world", "what it is"), what), table(("world", *PARAMETER_HEAD), rows)])
+    return _with_tables(
+        DOCS / "worlds.md", [table(("world", "what it is"), what), table(("world", *PARAMETER_HEAD), rows)]
+    )
 
 
 def faults_page() -> str:
     """The text of docs/faults.md: what is written there by hand, with the table of the stored trials up to date."""
     head, rows = stored_table(FAULTS)
-    return _with_tables(FAULTS_PAGE, [table(head, [(f"`{declared}`", *cells) for declared, *cells in rows])])
+    return _with_tables(DOCS / "faults.md", [table(head, [(f"`{declared}`", *cells) for declared, *cells in rows])])
 
 
 def safety_page() -> str:
@@ -317,7 +318,7 @@ def safety_page() -> str:
     terms = [(f"`{'+' if k else 'e ='} {entry.text}`", entry.meaning) for k, entry in enumerate(TERMS)]
     symbols = [(f"`{name}`", f"`{entry.text}`", entry.meaning) for name, entry in SYMBOLS.items()]
     tables = [table(("error, m", "caused by"), terms), table(("symbol", "value", "meaning"), symbols)]
-    return _with_tables(SAFETY_PAGE, [textwrap.indent(text, "   ") for text in tables], indent="   ")
+    return _with_tables(ROOT / "SAFETY.md", [textwrap.indent(text, "   ") for text in tables], indent="   ")
 
 
 def paper_page() -> str:

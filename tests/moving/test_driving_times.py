@@ -146,13 +146,3 @@ def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> N
     assert [find_region_around(union, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
     assert [find_region_around(union, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
     assert find_region_around(union, 0, 3.0, 3.0) == -1
-
-
-def test_the_time_to_go_is_the_legs_and_the_turns() -> None:
-    left = compute_times_along(LINE, LIMITS)
-    corner = compute_heading_loss(0.5 * math.pi, full_speed(LIMITS), LIMITS)
-    assert left[2] == pytest.approx(1.0 / 0.8)
-    assert left[1] == pytest.approx(2.0 / 0.8 + corner)
-    at_full_speed = to_go(LINE, 1, (0.0, 0.0, 0.0), full_speed(LIMITS), LIMITS)
-    assert at_full_speed == pytest.approx(3.0 / 0.8 + 2.0 * corner)
-    assert to_go(LINE, 1, (0.0, 0.0, 1.0), full_speed(LIMITS), LIMITS) > at_full_speed

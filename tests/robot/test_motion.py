@@ -143,25 +143,10 @@ def test_the_speed_of_a_velocity_is_its_size_with_the_sign_of_that_ahead() -> No
         assert (speed, rate) == pytest.approx((ahead, 0.5 * ahead))  # of a base that steers it is a curvature
 
 
-def test_a_step_follows_an_arc() -> None:
-    steady = Velocity(0.5, 0.0, 1.0)
-    pose, _, _ = advance_pose(Pose(0.0, 0.0, 0.0), steady, steady, 0.1, ROBOT.limits)
-    assert pose.yaw == pytest.approx(0.1)
-    assert math.atan2(pose.y, pose.x) == pytest.approx(0.05)
-    assert math.hypot(pose.x, pose.y) == pytest.approx(2.0 * 0.5 * math.sin(0.05), rel=1e-3)
-
-
 def test_a_long_motion_has_room() -> None:
     motion = roll_out(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), actuation(ROBOT, hold=4.0))
     assert len(motion.samples) > 2 * SAMPLES
     assert motion.position[-1, 0] == pytest.approx(0.8 * 4.0, abs=0.02)
-
-
-@pytest.mark.parametrize(("twist", "grips"), [((0.8, 2.0), True), ((2.0, 5.0), False)])
-def test_a_motion_in_which_the_wheels_slide_does_not_grip(twist, grips) -> None:
-    robot = RobotParameters(max_speed=2.0, max_yaw_rate=5.0)
-    motion = roll_out(np.zeros(3), np.array(twist), np.array(twist), actuation(robot))
-    assert motion.grips == grips
 
 
 def test_what_was_commanded_before_may_slide_until_the_command_takes_effect() -> None:
@@ -209,12 +194,6 @@ def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
     limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, GRIP_WHILE_BRAKING, 10.0)
     assert not slides(2.0, 0.5 * GRIP, limits)
     assert slides(2.0, -0.51 * GRIP, limits)
-
-
-def test_of_the_oldest_pending_command_only_the_rest_counts() -> None:
-    pending = np.array([(1.0, 0.0, 0.0, 0.02), (0.5, 0.0, 0.0, 0.02), (0.25, 0.0, 0.0, 0.02)])
-    found = predict_pose(np.zeros(3), pending, 0.05, ROBOT.limits)
-    assert found == pytest.approx([0.01 * 1.0 + 0.02 * 0.75, 0.0, 0.0])
 
 
 @settings(max_examples=60)

@@ -9,7 +9,6 @@ import pytest
 from drake_starnav.errors import StarnavError
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
-from drake_starnav.utils.resources import find_model_path
 
 DIRECTIVES = """
 directives:
@@ -171,14 +170,6 @@ def test_of_radius_and_footprint_one_may_be_taken_back() -> None:
     listed = f"robots: [{{start: [1, 1, 0], goal: [2, 2], footprint: {SQUARE}}}, {{start: [3, 3, 0], goal: [1, 1]}}]"
     robots = parse_scenario(f"world: !Room {{}}\nrobot: {{radius: 0.3}}\n{listed}\n", name="two").robots
     assert [each.robot.radius for each in robots] == [square.radius, 0.3]
-
-
-@pytest.mark.parametrize("model", sorted(path.stem for path in find_model_path("robots").glob("*.urdf")))
-@pytest.mark.parametrize("name", ["forest", "maze", "room"])
-def test_each_shipped_robot_has_limits_of_its_own(name: str, model: str) -> None:
-    assert find_model_path("robots", f"{model}.yaml").is_file()
-    scenario = load_scenario(name, overrides=[f"robot.model={model}"])
-    assert scenario.robot.limits.max_speed == {"jackal": 2.0, "carrier": 1.0}.get(model, 0.8)
 
 
 @pytest.mark.parametrize(

@@ -101,15 +101,6 @@ def test_a_robot_that_stands_still_is_blocked_until_it_moves() -> None:
     assert planning.out("status") is PlannerStatus.EXPLORING and planning.out("blocked_by") == ""
 
 
-def test_what_the_certificate_knows_is_named() -> None:
-    planning = Planning()
-    posts = [(0.36 * np.cos(a), 0.36 * np.sin(a), 0.1) for a in 2.0 * np.pi * np.arange(16) / 16]
-    close, pose = World("close", (0, 0, 0), (0, 0), cylinders=posts), np.zeros(3)
-    planning.put("surroundings", Value(observe_scan(cast(close, pose), pose, ROBOT.radius + 0.0145, 1.2)))
-    standing(planning, close, STANDSTILL + 0.1, pose)
-    assert planning.out("blocked_by").startswith("too near: a hit of beam 180 at 0.260 m, 0 degrees to the")
-
-
 def test_a_certificate_that_knows_of_nothing_is_named() -> None:
     planning = Planning()
     planning.put("surroundings", Value(observe_scan(cast(SCREEN, POSE), POSE, ROBOT.radius + 0.0145, 1.2)))
@@ -123,15 +114,6 @@ def test_the_area_that_holds_a_robot_is_named(ahead: float, said: str) -> None:
     planning = Planning(closed_areas=[dock])
     standing(planning, SCREEN, STANDSTILL + 0.1)
     assert planning.out("blocked_by").startswith(said)
-
-
-@pytest.mark.parametrize("world", [None, OPEN])
-def test_a_robot_without_scans_is_blind(world: World | None) -> None:
-    planning = Planning()
-    standing(planning, world, 0.2)
-    standing(planning, None, STANDSTILL + 0.1)
-    assert planning.out("status") is PlannerStatus.BLOCKED
-    assert planning.out("blocked_by").startswith("blind: no scan that measures anything has arrived for 4.")
 
 
 def test_at_the_goal_a_robot_may_stand() -> None:
