@@ -206,14 +206,14 @@ def test_ctrl_c_in_a_batch_keeps_what_has_ended_and_ends_the_workers(tiny: Path,
 
 
 COMPUTE = """
-from drake_starnav.evaluation.workers import local_processes
+from drake_starnav.evaluation.workers import start_local_processes
 
 def compute():
     while True:
         pass
 
 if __name__ == "__main__":
-    with local_processes(2) as executor:
+    with start_local_processes(2) as executor:
         for _ in range(2):
             executor.submit(compute)
         print(*executor._processes, flush=True)

@@ -206,8 +206,8 @@ def test_our_side_is_killed_and_started_again(ros_python, tmp_path) -> None:
 
 BY_RCLPY = """
 import json, sys, time
-from drake_starnav.runtime.ros2_base import Base, middleware
-base, ros = Base("/cmd_vel", True, False, frame="base"), middleware()
+from drake_starnav.runtime.ros2_base import Base, open_middleware
+base, ros = Base("/cmd_vel", True, False, frame="base"), open_middleware()
 take = ros.subscribe("/scan", "sensor_msgs/LaserScan", 5)
 came, found = [], []
 for _ in range(100):

@@ -12,7 +12,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from drake_starnav import load_scenario
 from drake_starnav.runtime import Navigator
-from drake_starnav.worlds.clearance import body_clearance
+from drake_starnav.worlds.clearance import compute_body_clearance
 from tests.helpers.bare_robot import BareRobot, TwoEyes
 
 def loaded():
@@ -28,7 +28,7 @@ scenario = load_scenario(name, overrides=overrides)
 two = len(scenario.all_lidars) == 2
 robot = (TwoEyes if two else BareRobot)(scenario, seed=int(seed))
 robot.read(); robot.scans = 0
-body_clearance(robot.world, robot.pose[None], scenario.robot.shape)  # the robot's own
+compute_body_clearance(robot.world, robot.pose[None], scenario.robot.shape)  # the robot's own
 begin = time.perf_counter()
 navigator = Navigator(scenario, mounts=TwoEyes.MOUNTS if two else None)
 print(f"warm after {time.perf_counter() - begin:.1f} s", file=sys.stderr)
