@@ -67,8 +67,7 @@ class Footprint:
     Attributes:
         parts: convex polygons, each counterclockwise of shape (n, 2); none: a disc about the origin.
         cover: centres of discs that together cover it, shape (k, 2).
-        cover_radius: of these discs. Where a disc of this radius does not pass, the robot does not pass either, but for
-            `COVER_EXCESS`.
+        cover_radius: of these discs. Where a disc of this radius does not pass, the robot hardly does either.
         radius: of the least disc about the origin that contains it.
     """
 

@@ -257,7 +257,7 @@ def _shoot_straight(pose, goal, space, begins):
         free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, begins)
         checks += more
         if free:
-            free, more = _check_move(x, y, first, np.array((gear * away, 0.0, 0.0)), space, False)
+            free, more = _check_move(x, y, first, np.array((gear * away, 0.0, 0.0)), space, begins and first == yaw)
             checks += more
         if free:
             free, more = _check_move(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space, False)

@@ -12,9 +12,9 @@ might start: a rollout that the robot's own caution would cut short thus shows w
     cost = time passed + time to go + comfort lost + contact + risk + walls + change of the twist
 
 Comfort is lost by the least predicted distance d to a mover at a time t: w (1 - d / COMFORT)_+^2 (1 - t / (2 HORIZON)).
-Movers that the end of a rollout leaves to be passed count like those met before: who retreats only puts the encounter
-off. A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late contact costs less, since predictions
-far ahead are uncertain.
+Movers that a rollout has still to pass at its end count, too, by where they would be nearest if all went straight on:
+who retreats only puts the encounter off. A contact at t ends a rollout and costs w (1 + 3 (1 - t / HORIZON)): a late
+contact costs less, since predictions far ahead are uncertain.
 
 Risk is what it costs to be where a mover may come that turns: robots that keep their distance only once it is predicted
 to be short are struck while they stand. Per time it is the rate at which movers turn, times the share of directions in
@@ -472,7 +472,7 @@ def drive_step(rollout, velocities, m, hit_distance, scene):
     """
     radius, star = scene.settings.radius, scene.star
     mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
-    pose, way = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
+    pose, _ = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
     rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
     rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
@@ -480,7 +480,7 @@ def drive_step(rollout, velocities, m, hit_distance, scene):
         rollout.region = find_region_around(scene.regions, rollout.region, pose.x, pose.y)
         is_free = rollout.region >= 0
     reach = (1.0 + WALL_ZONE) * radius
-    hit_distance -= abs(way) + 1e-9
+    hit_distance -= math.hypot(pose.x - rollout.x, pose.y - rollout.y) + 1e-9
     if hit_distance <= reach:
         hit_distance = measure_nearest_hit(pose.x, pose.y, scene.hits)
     clearance = max(min(hit_distance, reach) - radius, 0.0)

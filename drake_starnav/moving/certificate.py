@@ -21,8 +21,8 @@ Obstacles that are declared to brake are left the room for it as well: the radiu
 stopping distance, so that whoever begins to brake in time never meets the robot, be it driving or standing
 (passive-friendly safety).
 
-Near to what creeps the robot may make way: a motion that comes no nearer to the places than standing would is accepted
-with ESCAPE less of the margin.
+A robot that is near to such a place already may move away: a motion that at no time comes nearer to any of them than
+standing would is accepted with ESCAPE less of the margin.
 
 Convex surfaces wider than 2 max_radius are static (`surfaces`). No certificate prevents an obstacle from hitting the
 robot while it stands. A disc that turns about its centre stands; of polygons every point has to.
@@ -62,7 +62,7 @@ class MovingCertificate(NamedTuple):
         discs: shape (n, 6), as from `find_reachable_discs`.
         distance: that the footprint keeps from them, m.
         age: time since the scan that they are of, s.
-        escape: how much less than that distance is enough where standing would keep no more, m.
+        escape: by how much that distance may be less if standing still would keep no more clearance, m.
     """
 
     discs: np.ndarray
@@ -72,7 +72,7 @@ class MovingCertificate(NamedTuple):
 
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
-        """Return the guard against what may come near a robot at a place, shape (2,), W, m, before it has stopped."""
+        """Return the certificate for the discs that may reach a robot at a place (2,), W, m, before it has stopped."""
         (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
         braking = limits.max_speed / limits.max_deceleration
         if not (footprint.is_disc or limits.steers):
@@ -155,8 +155,8 @@ def _measure_clearance(sample, moving, time, body):
 def _stays_clear(samples, braking, moving, body):
     """Return whether a robot keeps clear of the discs of a `MovingCertificate` at all samples of a motion, as it moves.
 
-    By `distance`; by up to `escape` less where it is no nearer to them than at the first sample's pose it were by then.
-    Samples are skipped while the last clearance cannot have been used up.
+    It must keep `distance`. It may keep up to `escape` less if, at that time, it is no nearer to the discs than a robot
+    that stands at the first sample would be. Samples are skipped while the last clearance cannot have been used up.
     """
     fastest = spare = 0.0
     for disc in moving.discs:
@@ -164,6 +164,8 @@ def _stays_clear(samples, braking, moving, body):
     speed_before = find_top_speed(samples[0, 3], samples[0, 4], body.lever)
     for k in range(1, len(samples)):
         last_sample, current_sample = samples[k - 1], samples[k]
+        if not math.isfinite(current_sample[0] + current_sample[1] + current_sample[2]):
+            return False
         spare -= math.hypot(current_sample[0] - last_sample[0], current_sample[1] - last_sample[1]) + body.lever * abs(
             current_sample[2] - last_sample[2]
         )

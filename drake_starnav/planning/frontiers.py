@@ -23,12 +23,10 @@ class Gap(NamedTuple):
     Attributes:
         line: shape (k, 2), points along the boundary, W, m.
         probe: shape (k, 2), the places beyond them, in the unknown, W, m.
-        owner: index of the region whose boundary it is.
     """
 
     line: np.ndarray
     probe: np.ndarray
-    owner: int
 
 
 def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
@@ -46,7 +44,7 @@ def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
     ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
     first, last = measure_arc_lengths(line)[ends - (0, 1)].T
-    return [Gap(line[a:b], probe[a:b], owner) for a, b in ends[last - first >= LEAST * robot_radius].tolist()]
+    return [Gap(line[a:b], probe[a:b]) for a, b in ends[last - first >= LEAST * robot_radius].tolist()]
 
 
 def find_all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:

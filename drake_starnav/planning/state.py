@@ -83,7 +83,7 @@ class Progress(NamedTuple):
         node_position: where a node was last added, or last omitted because its scan showed nothing new, shape (2,).
         plan_count: number of paths planned.
         began_with_map: whether the roadmap already had nodes when the goal was set.
-        dead_end: until a way is found nearer to the goal; None: there was none.
+        dead_end: the last one on the way to this goal; None: there was none.
         standing_since: since when a robot of limited view has stood, or faced its path, without progress, s.
         unseen_heading: yaw in W to which a robot of limited view turns on the spot for now, rad; NaN: none.
     """

@@ -21,7 +21,7 @@ class Base(Protocol):
 
     The motion that follows a twist is `robot.motion.roll_out`: two components are a speed along x and a turning rate,
     or with `Limits.steers` a curvature; three are speeds along x and y, and a turning rate. The twist that drives in a
-    direction is `aimed`.
+    direction is `find_velocity_towards`, converted.
     """
 
     @property

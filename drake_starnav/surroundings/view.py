@@ -25,7 +25,7 @@ NEAREST = 0.001
 
 
 class RangeSmoothing(NamedTuple):
-    """How ranges are smoothed, see `smoothed_distances`.
+    """How ranges are smoothed, see `smooth_distances`.
 
     Attributes:
         beams: half width of the moving average; 0: ranges stay as measured.
@@ -162,7 +162,9 @@ def carry_view(view: View, robot_pose: np.ndarray, time: float) -> View:
         return view
     mount = Mount(*find_pose_in_frame(robot_pose, np.array(view.pose)), upside_down=False)
     scan = align_with_robot(dataclasses.replace(view.scan, time=time), mount)
-    confirmed = scan if view.confirmed_scan is view.scan else align_with_robot(view.confirmed_scan, mount)
+    confirmed = scan
+    if view.confirmed_scan is not view.scan:
+        confirmed = align_with_robot(dataclasses.replace(view.confirmed_scan, time=time), mount)
     return View(scan, confirmed, mount, robot_pose, view.hit_history, view.params)
 
 

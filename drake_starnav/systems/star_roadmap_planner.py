@@ -230,7 +230,7 @@ class StarRoadmapPlanner(LeafSystem):
         if has_moved or distance_to(position, self._goal.Eval(context)) <= self._goal_tolerance:
             return ""
         scan = self._observation.Eval(context).scan
-        if dead_end is not None and scan.may_leave.any():
+        if plan.state.status is PlannerStatus.WAITING and dead_end is not None and scan.may_leave.any():
             where = describe_nearest(scan, scan.may_leave)
             return f"waits for an obstacle that may leave, {where}: no other way is left"
         return self._describe_obstruction(context, plan.state)

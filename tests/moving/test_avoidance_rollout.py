@@ -13,6 +13,7 @@ from drake_starnav.moving.avoidance import (
     MANOEUVRE,
     STEP,
     WALL_COST,
+    WALL_ZONE,
     Movers,
     Scene,
     Settings,
@@ -101,6 +102,16 @@ def test_driving_in_a_direction_leads_there_forwards_and_backwards(limits: Limit
             row = driven(begin(0.0, limits), head(heading, speed), steps, scene(limits=limits))
             course = row["yaw"] + math.atan2(row["aside"], row["ahead"])
             assert math.hypot(row["ahead"], row["aside"]) > 0.5 and math.cos(heading - course) > 0.75
+
+
+def test_the_clearance_of_a_base_that_drives_sideways_is_that_of_where_it_is() -> None:
+    wall = np.column_stack((np.linspace(-1.0, 1.0, 41), np.full(41, 0.62)))
+    beside = scene(limits=BASES["omnidirectional"])._replace(hits=wall)
+    start = make_initial_rollout(np.zeros(3), np.zeros(3), beside)
+    for steps in (8, 12, 16):
+        row = driven(start, keep(0.0, 0.2), steps, beside)
+        assert row["clearance"] == pytest.approx(min(0.62 - row["y"] - RADIUS, WALL_ZONE * RADIUS), abs=0.002), steps
+    assert row["clearance"] < 0.9 * WALL_ZONE * RADIUS
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)

@@ -55,6 +55,12 @@ def stays_clear(pose, twist, desired, certificate: MovingCertificate, hold: floa
     return certificate.accepts(roll_out(pose, twist, desired, Actuation(LIMITS, disc(RADIUS), hold, delay)))
 
 
+def test_a_motion_at_no_place_is_refused() -> None:
+    ahead = find_reachable_discs(seen(np.array([(1.0, 0.0)]), 0.3), OBSTACLES)
+    certificate, nowhere = MovingCertificate(ahead, MARGIN, 0.0), np.array((math.nan, 0.0, 0.0))
+    assert not stays_clear(nowhere, np.array((0.5, 0.0)), np.array((0.5, 0.0)), certificate)
+
+
 BODIES = {
     "disc": disc(RADIUS),
     "carrier": footprint(((-0.4, -0.25), (0.4, -0.25), (0.4, 0.25), (-0.4, 0.25))),

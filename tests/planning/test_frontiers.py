@@ -22,11 +22,14 @@ def with_failed(roadmap, places):
 def test_beyond_a_gap_is_no_region_no_hit_and_no_closure(seed):
     _, roadmap = wandered(seed)
     closures = roadmap.regions[-1].outline()[::60]
-    for gap in find_all_gaps(with_failed(roadmap, closures), RADIUS):
+    closed = with_failed(roadmap, closures)
+    gaps = [(owner, gap) for owner in range(len(closed)) for gap in find_gaps(closed, RADIUS, owner)]
+    assert len(gaps) == len(find_all_gaps(closed, RADIUS))
+    for owner, gap in gaps:
         assert len(gap.line) == len(gap.probe) and length(gap.line) >= LEAST * RADIUS
         assert (np.hypot(*np.diff(gap.line, axis=0).T) < 2.0 * STEP * RADIUS).all()
         np.testing.assert_allclose(np.hypot(*(gap.probe - gap.line).T), BEYOND * RADIUS)
-        outline = roadmap.regions[gap.owner].outline()
+        outline = roadmap.regions[owner].outline()
         start, end = outline[None], np.roll(outline, -1, axis=0)[None]
         assert segment_distance(gap.line[::4, None], start, end).min(axis=1).max() < 1e-9
         assert not roadmap.union.contains(gap.probe, COVER_SLACK * RADIUS).any()
