@@ -61,12 +61,6 @@ def test_it_goes_out_of_the_way_of_one_that_comes_from_behind() -> None:
     assert run.outcome == "reached"
 
 
-def test_the_same_crowd_is_driven_through_in_the_same_way() -> None:
-    scene = pacing(np.array([(1.0, 1.0), (0.0, -2.0)]), np.array([(-0.4, 0.2), (0.3, 0.4)]), 3.5)
-    first, second = (drive(scene, START, GOAL, STRICT, duration=6.0).poses for _ in range(2))
-    np.testing.assert_array_equal(first, second)
-
-
 def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
     scene = pacing(np.array([(1.0, 1.0), (0.0, -2.0)]), np.array([(-0.4, 0.2), (0.3, 0.4)]), 3.5)
     run = drive(scene, START, GOAL, STRICT, duration=6.0)
