@@ -49,7 +49,7 @@ AT_POSE, AT_HEADING = 0.021, 0.02
 DOCKED = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
 DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))])
-"""Places beside a goal that serve as well, in shares of its tolerance."""
+"""Offsets of places that serve as well as a goal, along x and y of W, in shares of its tolerance."""
 
 
 def plan_with_manoeuvres(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -72,7 +72,7 @@ def plan_with_manoeuvres(state: PlannerState, inputs: PlannerInput) -> PlannerSt
 def step_manoeuvre(
     before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
 ) -> ManoeuvreState:
-    """Return the manoeuvres after a scan: poses that are reached are left out, and one begins if the robot is stuck.
+    """Return the manoeuvre after a scan, without the poses that the robot has reached; a new one if it is stuck.
 
     Args:
         before: those after the scan before.
@@ -109,10 +109,10 @@ def step_manoeuvre(
 def step_docking(
     before: ManoeuvreState, dock: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
 ) -> ManoeuvreState:
-    """Return the manoeuvres of a robot at its goal that is to have a heading there, and stands without.
+    """Return the manoeuvre after a scan of a robot that is to have a heading at its goal.
 
-    Where no way is found, it waits longer each time. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the
-    goal, W, and its tolerance, m: a robot that turns on the spot gets to the very place.
+    After each attempt it waits longer. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the goal, W, and its
+    tolerance, m: a robot that turns on the spot gets to the very place.
     """
     state, radius, turns = before._replace(gives_up=False), context.footprint.radius, context.base.turns_on_the_spot
     if has_moved(before, pose, radius):
@@ -178,7 +178,7 @@ def has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
 
 
 def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, unit: float) -> ManoeuvreState:
-    """Return the same with what is left of the path (k, 2) and the turns since that was least."""
+    """Return the state with the least that was left of the path (k, 2), and how far the robot has turned since."""
     if not len(path):
         return before._replace(least_left=math.inf, winding=0.0)
     left, end = float(measure_arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
@@ -233,7 +233,7 @@ def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext
 
 
 def _search_manoeuvre(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
-    """`search_poses` to goals as it takes them, with a margin by how many manoeuvres failed here."""
+    """Return the poses of a way to some goals, with a margin that grows with the attempts that failed here."""
     unit = context.footprint.radius
     surfaces = _near_surfaces(context.surroundings.view.chords, pose[:2], unit)
     margin = context.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit

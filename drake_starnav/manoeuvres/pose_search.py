@@ -4,8 +4,8 @@ Weighted A* over short moves. The cost to go is that of a disc which fits into t
 that of the turn that is left, if it is more. No pose is looked at from which not even that disc gets through, and
 without a way for it the search ends at once.
 
-Few ways lead into a tight place, many out of it. So a goal with an exact heading is left first, to where the robot
-turns as it likes; that way is driven backwards in the end.
+Few ways lead into a tight place, many out of it. So from a goal with an exact heading a way out is searched first, to
+where the robot may turn freely; it is driven backwards in the end.
 """
 
 import heapq
@@ -25,10 +25,10 @@ from drake_starnav.surroundings.view_arrays import ViewArrays
 CELL, HEADINGS = 0.085, 96
 """Cell size, in radii of the disc around the robot, and headings in a turn."""
 OFF_CENTRE = 0.75
-"""No place of a cell is farther from its centre, in cells."""
+"""Bound on how far a place is from the centre of its cell, in cells."""
 FIRST_SHARES = (0.125, 0.25, 0.5)
-"""Moves from the start are tried at these shares of their lengths, and of their turns, which may differ if the robot
-turns on the spot: one that is wedged in has room for no others."""
+"""From the start, primitives are tried at these shares, too: a robot that is wedged in has no room for whole ones. The
+shares of length and turn may differ if it turns on the spot."""
 GEAR_COST = 3.75
 """Cost of a change between forwards and backwards, in cells."""
 SPACING = 0.5
@@ -109,8 +109,8 @@ def search_poses(
         motion_primitives: of the base, see `Base.motion_primitives`.
         footprint: of the robot.
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
-        seen: what the last scan hit and hid, which the first move heeds, and the looks before it. What is hidden from
-            later moves will have been looked at by then.
+        seen: chords of the last scan, and earlier views. Only the first move keeps out of what these have not seen:
+            the robot will have seen what later moves need.
     """
     space = _make_space(start, footprint, margin, *seen)
     primitives = _make_primitives(motion_primitives)
@@ -292,7 +292,7 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, leaves):
     `starts` (m, 5) are as goals, with what it costs to begin there; `cost_to_go` is that of each cell, m. A pose at a
     goal is queued once more, with what it costs to end there: it is the way's last one if it comes first then.
 
-    A way that `leaves` ends where the robot turns as it likes, too, and will be driven backwards.
+    A way that `leaves` a goal, to be driven backwards, ends where the robot may turn freely, too.
     """
     usual, first_primitives, cell = primitives.usual, primitives.first, space.grid[2]
     shoots = (usual[:, 4] == 0.0).any()

@@ -58,7 +58,7 @@ BEAM = 16
 HEADINGS = 8
 """Directions that are tried."""
 SAME_PLACE, SAME_HEADING, SAME_SPEED = 0.6, 0.5, 0.375
-"""Rollouts that end nearer to each other than this do not differ: radii of the robot, rad, share of its speed."""
+"""Two rollouts count as one if their ends differ by less in place (radii of the robot), heading (rad) and speed."""
 CHANGE_WEIGHT = 0.15
 """What a change of speed or turning rate by its whole range costs, s. No other way is searched while the path costs no
 more comfort and risk than that."""
@@ -69,7 +69,7 @@ STANDING_SPACING = 0.4
 CONTACT_COST = 8.0
 """w, s."""
 TURNING_RATE = 0.8
-"""How often a mover turns to another direction, 1/s, times 4: a contact at once costs 4 w."""
+"""How often a mover turns to another direction, 0.2 a second, times 4, as a contact at once costs 4 w; 1/s."""
 WALL_ZONE = 0.4
 WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
@@ -201,9 +201,9 @@ def avoid_collision(
     actuation: Actuation,
     robot: RobotParameters,
 ) -> np.ndarray | None:
-    """Return the certified twist, of the base, with which the best manoeuvre past movers begins.
+    """Return the certified twist, of the base, with which the best sequence of manoeuvres past movers begins.
 
-    None if the path leads near to none, or no manoeuvre is allowed.
+    None if following the path needs no avoidance, or if no manoeuvre is certified.
 
     Args:
         inputs: what the controller is given.
@@ -240,7 +240,7 @@ def avoid_collision(
 
 
 def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene) -> bool:
-    """Return whether following the path costs no more comfort and risk than a change of the twist would.
+    """Return whether following the path costs no more than a change of the twist would, and nothing holds the robot.
 
     Args:
         start: the rollout before its first step, shape (1,).
@@ -357,7 +357,7 @@ def begin_manoeuvres(manoeuvres, start, scene):
 
 @kernel
 def search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene):
-    """Return the manoeuvre with which the best rollout begins that continues one of some rollouts (n,), or -1."""
+    """Return the first manoeuvre of the best rollout that continues one of these (n,), by its index; -1: there is none."""
     manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
     best, least_found = find_best_result(rollouts, False, -1, np.inf)
     for segment in range(2, segments + 1):
@@ -412,11 +412,11 @@ def select_best_rollouts(rollouts, same_place, same_speed):
 
 @kernel
 def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
-    """Write the rollouts (n,) that continue one by each of some manoeuvres (n,), for the steps of some discs.
+    """Simulate a segment of each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
 
-    Limits make many manoeuvres begin alike: of those that are the same so far the first one leads, and is driven for
-    all. A rollout ends early if the robot is touched or reaches a frontier; all of them do if they must cost more than
-    `most`, s.
+    Limits make many manoeuvres begin alike: of those with the same velocities so far the first one, the leader, is
+    simulated for all. A rollout ends early if the robot is touched or reaches a frontier. None is simulated if the
+    least cost exceeds `most`, s.
     """
     n, radius = len(manoeuvres), scene.settings.radius
     leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
@@ -580,7 +580,7 @@ def must_brake(rollout, discs, s, starters, limits, settings):
             if (x - starters[j, 0]) ** 2 + (y - starters[j, 1]) ** 2 < reach_distance * reach_distance:
                 rollout.is_held = True
                 return True
-    needed_distance += MOVING_MARGIN * radius  # again: tracks err more than hits
+    needed_distance += MOVING_MARGIN * radius  # twice the margin: tracks err more than hits
     for j in range(discs.shape[1]):
         disc = discs[s, j]
         reach_distance = needed_distance + disc.radius + (0.5 * abs(robot_speed) + disc.reach) * stopping_time + 1e-9

@@ -27,7 +27,7 @@ by hits that more than half of them confirm."""
 
 
 def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
-    """Return the state in which a way (k, 2) on from the robot is closed at its narrowest place, and without a path."""
+    """Return the state with a closure at the narrowest place of a way (k, 2) that failed, and without a path."""
     places, size = _find_places_to_close(way, inputs), CLOSED * inputs.robot_radius
     regions = [
         clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
@@ -41,26 +41,26 @@ def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Pl
 
 
 def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
-    """Return the state without the closures in which the robot stands, as it has come there.
+    """Return the state with closures reopened after no route was found; `state` itself if there is nothing to reopen.
 
-    If it stands in none, with walls alone, in doubt: from then on looking in vain closes nothing. So it does while it
-    waits for what may leave, and then without any closure: what closed its ways may have been that. Regions are whole
-    again but for what stays closed, and hits are gone that the latest scans saw through. If nothing of all that is
-    left to be done, this is `state`.
+    Where the robot stands in closures, only these are removed, as it has come there. Where it stands in none, or has
+    waited for an obstacle, which may have been what closed its ways, all are removed, and `retrying` is set: an exit
+    whose probe is not seen is no longer closed. Keep-outs stay. Hits that the latest scans saw through are removed, and
+    the regions are fitted again.
     """
     failed, nodes = state.roadmap.closures.failed, state.roadmap.nodes
     seen = forget_contradicted(nodes, state.recent_observations, inputs.robot_radius)
     if seen is nodes and state.retrying and not len(failed):
         return state
-    waits = state.progress.dead_end is not None
-    within = (np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius) | waits
+    has_waited = state.progress.dead_end is not None
+    within = (np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius) | has_waited
     closures = replace_fields(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
     roadmap = replace_fields(state.roadmap, closures=closures, nodes=seen)
     if seen is not nodes:
         grid = rebuild_grid(roadmap.grid, closures, seen, inputs.margins, inputs.robot_radius)
         roadmap = replace_fields(roadmap, grid=grid)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
-    state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or waits or not within.any())
+    state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or has_waited or not within.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else add_latest_node(state, inputs)
 
@@ -79,7 +79,7 @@ def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
 
 
 def find_blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
-    """Return the causes of the walls but for which a way might be left; empty: there are none."""
+    """Return the names of the keep-outs without which there might be a way to the goal; empty: there are none."""
     roadmap, walls = state.roadmap, state.roadmap.closures.keep_out_points
 
     def is_open(*causes: str) -> bool:

@@ -99,7 +99,8 @@ def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
 def track_progress(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerState, bool]:
     """Return the state with its progress updated, and whether the robot has stalled.
 
-    A robot may stand at its goal, without scans, and where it may be giving way; a manoeuvre has a patience of its own.
+    A robot may stand at its goal, without scans, and where it may be giving way. During a manoeuvre its time does not
+    run: `step_manoeuvre` has a patience of its own, and reports `gives_up`.
     """
     progress, gives_up = state.progress, state.manoeuvre.gives_up
     has_moved = not distance_to(inputs.position, progress.position) <= find_progress_distance(inputs)
@@ -145,7 +146,10 @@ def find_failed_path(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
 def update_roadmap(
     state: PlannerState, current_region: StarRegion, check: PlanCheck, has_stalled: bool, inputs: PlannerInput
 ) -> PlannerState:
-    """Add a node where one is due, and cut back the regions that the scan contradicts; the state has no path then."""
+    """Add a node where one is due, and cut back the regions that the scan contradicts.
+
+    With a new node the path is discarded, so that another one is planned.
+    """
     node_distance = distance_to(inputs.position, state.progress.node_position)
     is_spaced = node_distance > inputs.parameters.spacing(inputs.robot_radius)
     is_due = (
@@ -216,13 +220,14 @@ def drop_passed_points(state: PlannerState, check: PlanCheck) -> PlannerState:
 
 
 def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> PlannerState:
-    """Return the state with a new route; without one the robot is in a dead end.
+    """Return the state with a new route, or in a dead end.
 
-    Discard a first scan that leaves no route, as it may be faulty; and one in which the robot cannot move, as what is
-    in its way hides the rest, and may leave.
+    Before the first plan, a map without a route is forgotten: the scan may be faulty, or what boxes the robot in hides
+    the rest, and may leave.
     """
     region = inputs.observation.region
     assert region is not None
+    # the region is smaller than a step of progress, though the lidar sees farther
     is_boxed_in = region.reach < find_progress_distance(inputs) < region.limit.max()
     has_no_plan = state.progress.plan_count == 0
     is_first_scan = has_no_plan and not has_stalled
@@ -262,7 +267,7 @@ def forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
 def enter_dead_end(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Give the goal up, or wait while something is near that may leave.
 
-    Where that moves, hits are forgotten, as they may have been of its like.
+    If that moves, all hits of the map are forgotten: some may be of other obstacles that moved.
     """
     scan = inputs.observation.scan
     if not is_any_near(scan.distances[scan.may_leave], inputs):
@@ -296,10 +301,11 @@ def give_up(state: PlannerState, cause: str, inputs: PlannerInput) -> PlannerSta
 def find_open_route(
     state: PlannerState, is_first_scan: bool, is_boxed_in: bool, inputs: PlannerInput
 ) -> tuple[PlannerState, Route | None]:
-    """Return the state and the route in it. An exit at which the robot stands is closed if its probe is occluded.
+    """Find a route whose exit is open; return the state with what was closed or reopened, and the route, or None.
 
-    As long as the probe is neither seen nor shown to be occluded, the robot drives on towards it. Where no route is
-    left, closures are reopened, once more to be tried.
+    An exit at which the robot stands is closed if its probe is occluded, and the search begins again, at most
+    MOST_CLOSED times. As long as the probe is neither seen nor shown to be occluded, the robot drives on towards it.
+    Where no route is left, closures are reopened.
     """
     region, route = inputs.observation.region, None
     assert region is not None

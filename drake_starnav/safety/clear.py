@@ -52,7 +52,7 @@ class Clear(NamedTuple):
 
     @property
     def sufficient_star(self) -> StarArrays | None:
-        """A star: a motion on which the discs that cover the footprint stay inside is accepted; None: there is none."""
+        """The star of the fast test: a motion is accepted if the covering discs stay inside; None: there is none."""
         star = self.surroundings.certified_star
         return star.for_disc if self.footprint.is_disc or star.is_full_circle else None
 

@@ -26,9 +26,10 @@ def shield_twist(
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
 ) -> tuple[np.ndarray, bool]:
-    """Return what is driven next: the twist, ramped towards `find_certified_twist`, and whether any was certified.
+    """Return the twist that is driven next, and whether it is certified.
 
-    Where it is enough that a star accepts what is desired, and it does, this is one compiled call. Arguments as of
+    It is ramped from the current twist towards the first proposal that all certificates accept, or towards braking.
+    Where a star suffices, and accepts the desired twist, this is one compiled call. Arguments as of
     `find_certified_twist`.
     """
     only_certificate = certificates[0] if len(certificates) == 1 else None

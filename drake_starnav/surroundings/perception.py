@@ -33,7 +33,7 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
     """Raise a `StarnavError` if lidars observe too little for a certificate.
 
     Args:
-        scans: of each lidar, any.
+        scans: one of each lidar, for its field of view.
         mounts: of the lidars.
         footprint: of the robot.
         backwards: whether the robot may reverse.
@@ -70,7 +70,7 @@ class PerceptionState:
     Attributes:
         observation: the scan with its pose and region, for the planner.
         surroundings: what is known of the space around the robot.
-        latest_views: of each lidar, None before its first; empty before that of all.
+        latest_views: of each lidar; None of one without a scan yet; empty before the first scan of any.
     """
 
     observation: Observation
@@ -119,15 +119,17 @@ def perceive(
 ) -> PerceptionState:
     """Process new scans: make a view of each, add the views to the surroundings, and fit the planner's region.
 
+    Until every lidar has a view no older than SCAN_PATIENCE scan periods, only the latest views change.
+
     Args:
         state: before the scans.
-        scans: the last of each lidar in its sensor frame S; new are the `find_newest`.
+        scans: the latest of each lidar, in its sensor frame S; those with the newest time stamp are processed.
         robot_pose: (x, y, yaw) of the robot in the world frame W at the time of the newest, m and rad.
         settings: of robot and sensors.
     """
     latest_views = update_views(state.latest_views, scans, robot_pose, settings)
     views = carry_fresh_views(latest_views, robot_pose, find_newest(scans))
-    if len(views) < len(settings.mounts):  # some lidar has not looked yet, or not for long
+    if len(views) < len(settings.mounts):  # a lidar has sent no scan yet, or none for a while
         return replace_fields(state, latest_views=latest_views)
     earlier_views = find_earlier_views(state.surroundings, views, robot_pose, settings.footprint)
     surroundings = observe(state.surroundings, views, earlier_views, settings.footprint, settings.margins)
@@ -150,13 +152,13 @@ def update_views(
 
 
 def find_new_scans(latest_views: tuple[View | None, ...], scans: Sequence[LaserScan]) -> list[bool]:
-    """Return of which lidars the scans are the newest, and not in their latest views yet."""
+    """Return of each lidar whether its scan has the newest time stamp, and no view was made of it yet."""
     time, rows = find_newest(scans), zip(latest_views or (None,) * len(scans), scans, strict=True)
     return [scan.measured_at == time and (view is None or view.time != time) for view, scan in rows]
 
 
 def carry_fresh_views(latest_views: tuple[View | None, ...], robot_pose: np.ndarray, time: float) -> list[View]:
-    """Return the views no older than SCAN_PATIENCE of their scan periods, carried to a time, s, and robot pose."""
+    """Return the views no older than SCAN_PATIENCE scan periods, as if taken at a time, s, and at a robot's pose."""
     return [
         carry_view(view, robot_pose, time)
         for view in latest_views

@@ -31,7 +31,7 @@ from drake_starnav.utils.snapshot import replace_fields, snapshot
 NEAR_HITS = 4.0
 """Hits nearer than this count as near, in radii with the margin: among movers the robot keeps off walls."""
 PAST_VIEWS_IN_IMAGE = (0.0, 0.0)
-"""Field of view of a star that is bounded by past views, too: nowhere is it the last scan alone that saw the space."""
+"""Field of view of a star that past views bound, too: at no bearing was all space seen by the last scan alone."""
 COARSE = 4
 """The polar image of a robot that does not see all around is made of every n-th of its past views."""
 
@@ -43,7 +43,7 @@ class Surroundings:
     Attributes:
         robot_pose: (x, y, yaw) of the robot when the last scan was taken.
         image: polar image of the last scans, in the robot's frame; see `make_polar_image`.
-        recent_hits: near the robot, of the last scans, as measured.
+        recent_hits: near the robot, of the last RECENT_SCANS scans, not averaged over these.
         current_views: what each lidar saw at the last scan; none before the first.
         past_views: what was seen before.
         certified_star: positions that the recent hits certify.
@@ -139,7 +139,10 @@ class Surroundings:
 def find_earlier_views(
     previous_surroundings: Surroundings, views: Sequence[View], robot_pose: np.ndarray, footprint: Footprint
 ) -> list[PlacedBeams] | None:
-    """Return earlier views in the frame of a robot pose, for what the views do not see; None: they see all around."""
+    """Return beams of earlier views in the frame of a robot's pose, for what the lidars do not see now.
+
+    None: they see all around, and no earlier view is needed.
+    """
     return None if covers_full_circle(views, footprint) else previous_surroundings.coarse_views(robot_pose)
 
 
@@ -189,9 +192,10 @@ def observe(
 
 
 def find_surfaces(views: Sequence[View], recent: RecentHits, reach: float) -> tuple[list[View], RecentHits]:
-    """Return views of one time with the hits nearer than `reach`, m, of which their chords are made; and recent hits.
+    """Return views with the hits of which their chords are made, and the recent hits with those of these views.
 
-    `recent` are those before; those that are returned include the hits of these views.
+    Each view gets its own hits nearer than `reach`, m, those of the other lidars, and the `recent` hits of the scans
+    before. The views are of one time.
     """
     recent, near_hits = recent.forget_oldest(), [find_near_hits(view, reach) for view in views]
     views_with_hits = []

@@ -63,7 +63,7 @@ class View:
 
     Attributes:
         scan: de-skewed, without doubted hits, in a frame at the lidar whose axes are parallel to the robot's frame B.
-        confirmed_scan: for the roadmap: the scan without hits that are not confirmed twice, whose lost beams may hide
+        confirmed_scan: for the roadmap: the scan with confirmed hits alone, see `ScanFilter`, whose lost beams may hide
             thin obstacles; the same object where no beam is lost.
         mount: pose of the scan's frame in B.
         robot_pose: (x, y, yaw) of B in W.
@@ -71,7 +71,7 @@ class View:
         params: with which it was made.
         near_points: hits that `observe` found near the robot, shape (n, 2), W.
         recent_points: near hits of the other lidars and of the scans before, shape (k, 2), W.
-        reach: farther places count as not seen.
+        reach: how far from the lidar the view certifies free space, m; 0 until `observe` has given it its hits.
     """
 
     scan: LaserScan
@@ -119,7 +119,7 @@ class View:
 
     @cached_property
     def visible_ranges(self) -> np.ndarray:
-        """Visible range in each bearing bin, from the yaw of `pose` on, shape (BINS,)."""
+        """Visible range in each bearing bin, shape (BINS,), m; bin 0 begins at the yaw of `pose`."""
         return measure_visible_ranges(self.chords.ends, self.pose, self.reach) - self.params.range_error
 
     def transformed(self, frame: np.ndarray) -> "View":
