@@ -357,7 +357,7 @@ def begin_manoeuvres(manoeuvres, start, scene):
 
 @kernel
 def search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene):
-    """Return the first manoeuvre of the best rollout that continues one of these (n,), by its index; -1: there is none."""
+    """Return the index of the first manoeuvre of the best rollout that continues one of these (n,); -1: none does."""
     manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
     best, least_found = find_best_result(rollouts, False, -1, np.inf)
     for segment in range(2, segments + 1):
