@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.paper.star_region import fit_boundary
 from drake_starnav.surroundings.piecewise_cubic import (
     JUMP,
     SMALLEST_SPLIT,
@@ -48,7 +47,7 @@ def adaptive(samples: np.ndarray, one_sided: bool = True) -> PiecewiseCubic:
     return fit_piecewise_cubic(samples, RADIUS, one_sided=one_sided)
 
 
-FITS = st.sampled_from([adaptive, fit_boundary, equal])
+FITS = st.sampled_from([adaptive, equal])
 
 
 @settings(max_examples=40)
