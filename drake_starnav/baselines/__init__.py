@@ -1,21 +1,10 @@
-"""Controllers to compare with: each is one pure function of the robot's state and its surroundings.
+"""Controllers to compare with: each is one pure function of the robot's state and its surroundings."""
 
-`BASELINES` has whatever a scenario may name as `controller.kind` beside `star`. Only their names stand once more, in
-`scenario.shipped.METHODS`, which help texts show before anything is imported.
-"""
-
-from collections.abc import Mapping
-
-from drake_starnav.baselines.baseline_step import Baseline
-from drake_starnav.baselines.dsm_circles import DsmBaseline
-from drake_starnav.baselines.dwa import DwaBaseline
-from drake_starnav.baselines.foa import FoaBaseline
-
-BASELINES: Mapping[str, Baseline] = {
-    "dsm": DsmBaseline(),
-    "foa": FoaBaseline(),
-    "foa_cluster": FoaBaseline(clusters=True),
-    "foa_roadmap": FoaBaseline(follows_roadmap=True),
-    "dwa": DwaBaseline(),
+BASELINES = {
+    "dsm": "drake_starnav.baselines.dsm_circles:DsmBaseline",
+    "foa": "drake_starnav.baselines.foa:FoaBaseline",
+    "foa_cluster": "drake_starnav.baselines.foa:make_clustering_foa",
+    "foa_roadmap": "drake_starnav.baselines.foa:make_roadmap_foa",
+    "dwa": "drake_starnav.baselines.dwa:DwaBaseline",
 }
-"""By name."""
+"""What a scenario may name as `controller.kind` beside `star`, and what makes the `Baseline`; it is imported late."""

@@ -15,6 +15,7 @@ from drake_starnav.station.robot_interface import count_delay_steps
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.dsm_controller import DsmController
+from drake_starnav.utils.imported import import_named
 from drake_starnav.utils.stopwatch import Stopwatch
 
 
@@ -105,7 +106,7 @@ def _baseline(config: LoopConfig) -> System:
 
 BY_KIND = {
     "star": Method(_guided),
-    **{name: Method(_baseline, baseline) for name, baseline in BASELINES.items()},
+    **{name: Method(_baseline, import_named("baseline", source)()) for name, source in BASELINES.items()},
 }
 """The methods by `controller.kind`."""
 SHIELDED = ", ".join(kind for kind, method in BY_KIND.items() if method.shielded)

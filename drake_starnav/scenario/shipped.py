@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any, cast
 
+from drake_starnav.baselines import BASELINES
 from drake_starnav.errors import shown
 from drake_starnav.utils.imported import import_named
 from drake_starnav.utils.resources import find_model_path
@@ -10,7 +11,7 @@ from drake_starnav.utils.resources import find_model_path
 METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
     "star": {},
     "star_paper": "drake_starnav.paper:method",
-    **{name: {"controller": {"kind": name}} for name in ("dsm", "foa", "foa_cluster", "foa_roadmap", "dwa")},
+    **{name: {"controller": {"kind": name}} for name in BASELINES},
     "grid_astar": "drake_starnav.systems.grid_planner:grid_astar",
 }
 """A method is settings: which controller drives, and what else it sets before the scenario's own keys do.

@@ -25,7 +25,7 @@ from pydrake.systems.framework import PortDataType, System
 import drake_starnav.station
 import drake_starnav.systems
 import drake_starnav.visualization
-from drake_starnav.baselines import BASELINES
+from drake_starnav.baselines.foa import FoaBaseline
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.paper.choices import CHOICES
 from drake_starnav.paper.contents import ENTRIES
@@ -99,7 +99,7 @@ def all_systems() -> list[System]:
         FixedGoal((1.0, 0.0)),
         GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),
-        BaselineController(robot, BASELINES["foa"]),
+        BaselineController(robot, FoaBaseline()),
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
         WheelServo(RobotModel(station.plant, station.scene_graph, station.robot_model)),
