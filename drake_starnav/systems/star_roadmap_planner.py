@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import transform_points
-from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
+from drake_starnav.manoeuvres import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
 from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
 from drake_starnav.planning.guidance import Guidance
