@@ -49,7 +49,7 @@ class FaultyBeams:
         scans = np.where(lone, known_state.scans + 1, np.where(np.isnan(scan.ranges), known_state.scans, 0))
         order = slice(None, None, -1 if mount.upside_down else 1)
         ranges, every = np.where(lone, scan.ranges, 0.0)[order], np.ones(count, bool)
-        hits = align_with_robot(scan, mount).points_at(ranges, every, mount.unturned(pose))[order]
+        hits = align_with_robot(scan, mount).points_at(ranges, every, mount.find_lidar_pose(pose))[order]
         places = np.where((scans == 1)[:, None], hits, known_state.places)
         yaws = np.where(scans == 1, yaw, known_state.yaws)
         moved_distance = np.hypot(*(hits - places).T)

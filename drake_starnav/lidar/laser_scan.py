@@ -219,7 +219,7 @@ class LaserScan:
         ranges.setflags(write=False)
         return replace_fields(self, ranges=ranges, **changes)
 
-    def masked(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
+    def mask_sectors(self, sectors: Sequence[tuple[float, float]]) -> "LaserScan":
         """The scan without the beams in which the robot sees itself: they are lost.
 
         Args:

@@ -34,7 +34,7 @@ class Mount(NamedTuple):
         """Distance from the robot's axis, m."""
         return math.hypot(self.x, self.y)
 
-    def unturned(self, pose: np.ndarray) -> np.ndarray:
+    def find_lidar_pose(self, pose: np.ndarray) -> np.ndarray:
         """Pose of the lidar parallel to the robot, shape (3,), for the pose (x, y, yaw) of the robot, m and rad."""
         return compose_poses(pose, (self.x, self.y, 0.0)) if self.offset > 0.0 else pose
 

@@ -60,7 +60,7 @@ def restore_scans(records: Sequence[Record], log: str, mask: Sectors = ()) -> li
             scan = LaserScan(**(fields | {"range_min": low, "range_max": high, "lost_beams": True}))
         except StarnavError as error:
             raise StarnavError(f"{log}, at {fields['time']:.3f} s: {error}") from None
-        scans.append(LoggedScan(scan.masked(mask) if len(mask) else scan, pose))
+        scans.append(LoggedScan(scan.mask_sectors(mask) if len(mask) else scan, pose))
     return scans
 
 

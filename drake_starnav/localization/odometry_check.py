@@ -90,7 +90,7 @@ class OdometryCheck:
             error: what is declared of the lidar, and the robot's radius.
             mount: of the lidar.
         """
-        scan, sensor = align_with_robot(scan, mount), mount.unturned(pose)
+        scan, sensor = align_with_robot(scan, mount), mount.find_lidar_pose(pose)
         (time, earlier), key = self.latest, self.keyframe
         next_check = dataclasses.replace(self, latest=(scan.time, sensor))
         driven_step = np.zeros(3) if key is None else np.array(find_pose_in_frame(key.pose, sensor))

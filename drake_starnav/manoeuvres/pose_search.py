@@ -205,7 +205,7 @@ def _compute_costs_to_go(space, goals):
 
 
 @kernel
-def _after(x, y, yaw, dx, dy, turn):
+def _apply_move(x, y, yaw, dx, dy, turn):
     """Return the pose after a move (dx, dy) that is turned evenly."""
     middle = yaw + 0.5 * turn
     cosine, sine = math.cos(middle), math.sin(middle)
@@ -224,7 +224,7 @@ def _check_move(x, y, yaw, move, space, begins):
     put(poses, np.int64(0), (x, y, yaw))
     dx, dy, turn = move[0] / count, move[1] / count, move[2] / count
     for k in range(1, count + 1):
-        put(poses, k, _after(poses[k - 1, 0], poses[k - 1, 1], poses[k - 1, 2], dx, dy, turn))
+        put(poses, k, _apply_move(poses[k - 1, 0], poses[k - 1, 1], poses[k - 1, 2], dx, dy, turn))
     for k in range(count, -1, -1):
         cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
         for m in range(len(discs)):
@@ -334,7 +334,7 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, leaves):
                 return nodes[:count], parents[:count], n
         for m in range(len(usual) + (len(first_primitives) if n < len(starts) else 0)):
             move = usual[m] if m < len(usual) else first_primitives[m - len(usual)]
-            px, py, turned = _after(x, y, yaw, move[0], move[1], move[2])
+            px, py, turned = _apply_move(x, y, yaw, move[0], move[1], move[2])
             i, j = _find_cell(px, py, space.grid)
             if i < 0 or j < 0 or i >= SIDE or j >= SIDE or cost_to_go[i, j] == np.inf:
                 continue

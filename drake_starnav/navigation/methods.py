@@ -86,7 +86,7 @@ class Method(NamedTuple):
         return self.baseline is None
 
 
-def _guided(config: LoopConfig) -> System:
+def _make_dsm_controller(config: LoopConfig) -> System:
     return DsmController(
         config.scenario.robot,
         config.scenario.controller,
@@ -98,15 +98,18 @@ def _guided(config: LoopConfig) -> System:
     )
 
 
-def _baseline(config: LoopConfig) -> System:
+def _make_baseline_controller(config: LoopConfig) -> System:
     baseline = config.method.baseline
     assert baseline is not None
     return BaselineController(config.scenario.robot, baseline, stopwatch=config.stopwatch)
 
 
 BY_KIND = {
-    "star": Method(_guided),
-    **{name: Method(_baseline, import_named("baseline", source)()) for name, source in BASELINES.items()},
+    "star": Method(_make_dsm_controller),
+    **{
+        name: Method(_make_baseline_controller, import_named("baseline", source)())
+        for name, source in BASELINES.items()
+    },
 }
 """The methods by `controller.kind`."""
 SHIELDED = ", ".join(kind for kind, method in BY_KIND.items() if method.shielded)

@@ -42,7 +42,7 @@ class TilePool:
     tiles: np.ndarray
     used: int = 0
 
-    def copied(self, rows: np.ndarray, spare: int) -> "TilePool":
+    def copy_rows(self, rows: np.ndarray, spare: int) -> "TilePool":
         """Copy the tiles in some rows, shape (k,), with room for `spare` more and for as many again."""
         used = len(rows)
         larger = np.empty((2 * (used + spare) + 16, TILE, TILE), self.tiles.dtype)
@@ -149,7 +149,7 @@ class Grid:
         pool, most = self.pool, int((high - low).prod())
         if pool.used != self.used or pool.used + most > len(pool.tiles):
             live = rows >= 0
-            pool = pool.copied(rows[live], most)
+            pool = pool.copy_rows(rows[live], most)
             rows[live] = np.arange(pool.used)
         pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
         return Grid(self.resolution, self.cap, first, rows, pool.used, pool, self.coverage)

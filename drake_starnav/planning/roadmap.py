@@ -89,7 +89,7 @@ def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoad
     """Return the roadmap with one more node, and with a grid that has other hits."""
     assert node.region is not None
     new_region = node.region.as_union
-    union = index_regions(roadmap.union.joined(new_region), roadmap.union, np.array([len(roadmap)]))
+    union = index_regions(roadmap.union.join_union(new_region), roadmap.union, np.array([len(roadmap)]))
     empty_region = new_region._replace(values=np.zeros_like(new_region.values))
     grid = grid.count_regions(empty_region, new_region.values, union.bounds)
     return dataclasses.replace(roadmap, grid=grid, nodes=(*roadmap.nodes, node), union=union)

@@ -229,7 +229,7 @@ def limit_to_grip(acceleration):
 
 
 @kernel
-def slides(v, omega, limits):
+def is_sliding(v, omega, limits):
     """Whether a robot that has this twist, and may speed up and brake as hard as its limits allow, slides."""
     return abs(v * omega) > limit_to_grip(max(limits.max_acceleration, limits.max_deceleration)) + 1e-9
 
@@ -249,7 +249,7 @@ def sample(pose, twist, target, numbers, samples):
     )
     command_start, within_grip = leg_starts[1], True
     for k in range(command_start + 1, min(count, len(samples))):
-        within_grip = within_grip and not slides(samples[k, 3], samples[k, 4], limits)
+        within_grip = within_grip and not is_sliding(samples[k, 3], samples[k, 4], limits)
     return count, command_start, leg_starts[2], within_grip
 
 

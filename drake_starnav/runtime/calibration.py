@@ -186,7 +186,7 @@ def estimate_odometry_drift(log: Observed) -> float:
         pose = interpolate_pose(log.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
         if pose is None:
             continue
-        previous_check, check = check, check.add_scan(scan.masked(lidar.mask), pose, error, log.mounts[0])
+        previous_check, check = check, check.add_scan(scan.mask_sectors(lidar.mask), pose, error, log.mounts[0])
         if check.steps is not previous_check.steps and len(check.steps) == KEPT_STEPS:
             difference = check.sum_differences()
             turning_share = difference.turned_off / difference.turned if difference.turned > LEAST_TURN else 0.0

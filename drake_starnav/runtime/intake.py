@@ -207,7 +207,7 @@ def _add_scan(intake: Intake, time: float, k: Any, scan: Any, declaration: Decla
         return _refuse_scan(intake, k, "no scan of a lidar", f"a scan is {type(scan).__name__} of lidar {k}")
     lidar = declaration.lidars[k]
     scan = make_canonical_scan(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
-    scan = scan.masked(lidar.mask) if lidar.mask else scan
+    scan = scan.mask_sectors(lidar.mask) if lidar.mask else scan
     if scan.time > time + CLOCK:
         text = f"a scan is stamped {scan.time - time:.3g} s ahead of the clock"
         return _refuse_scan(intake, k, "scan from the future", text)

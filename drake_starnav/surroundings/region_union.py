@@ -69,7 +69,7 @@ class RegionUnion(NamedTuple):
         """Corners of a box that holds the regions of an indexed union, shape (2, 2), W, m."""
         return CELL * np.vstack((self.corner, self.corner + self.marks.shape[:2]))
 
-    def joined(self, other: "RegionUnion") -> "RegionUnion":
+    def join_union(self, other: "RegionUnion") -> "RegionUnion":
         """Return the regions of both, without an index."""
         if not (self.size and other.size):
             return RegionUnion(*(self if self.size else other).rows)

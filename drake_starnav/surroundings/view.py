@@ -103,7 +103,7 @@ class View:
     @cached_property
     def pose(self) -> tuple[float, float, float]:
         """Pose (x, y, yaw) of the scan's frame in W."""
-        x, y, yaw = self.mount.unturned(self.robot_pose).tolist()
+        x, y, yaw = self.mount.find_lidar_pose(self.robot_pose).tolist()
         return x, y, yaw
 
     @cached_property
@@ -146,9 +146,9 @@ def make_view(scan: LaserScan, mount: Mount, robot_pose: np.ndarray, previous: V
     own_reach = cover_radius - mount.offset
     if (scan.cover_radius, scan.thinnest) != (cover_radius, params.thinnest):
         scan = dataclasses.replace(scan, cover_radius=cover_radius, thinnest=params.thinnest)
-    scan, pose = align_with_robot(scan, mount), mount.unturned(robot_pose)
+    scan, pose = align_with_robot(scan, mount), mount.find_lidar_pose(robot_pose)
     if previous is not None and scan.time_increment:
-        scan = deskew_scan(scan, mount.unturned(previous.robot_pose), previous.time, pose, own_reach)
+        scan = deskew_scan(scan, mount.find_lidar_pose(previous.robot_pose), previous.time, pose, own_reach)
     history = HitHistory() if previous is None else previous.hit_history
     scan, confirmed, history = params.filter_scan(scan, pose, history, own_reach)
     if confirmed is not scan or not scan.beams.complete:

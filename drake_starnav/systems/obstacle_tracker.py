@@ -56,7 +56,7 @@ class ObstacleTracker(LeafSystem):
         names = lidar_names("scan", len(self._mounts))
         self._scans = [self.DeclareAbstractInputPort(name, Value(LaserScan.nothing())) for name in names]
         self._pose, blind = self.DeclareVectorInputPort("pose", 3), (TrackerState(),) * len(names)
-        self._tracked = ScanState(self, blind, self._after, (*self._scans, self._pose), stamp=self._stamp)
+        self._tracked = ScanState(self, blind, self._step_state, (*self._scans, self._pose), stamp=self._stamp)
         depends = {self._tracked.ticket}
         for k, name in enumerate(names):
             declare_value(self, name, blind[k].scan, partial(ObstacleTracker._last_scan, number=k), depends)
@@ -65,7 +65,7 @@ class ObstacleTracker(LeafSystem):
     def _stamp(self, context: Context) -> float:
         return find_newest([port.Eval(context) for port in self._scans])
 
-    def _after(self, context: Context, before: tuple[TrackerState, ...]) -> tuple[TrackerState, ...]:
+    def _step_state(self, context: Context, before: tuple[TrackerState, ...]) -> tuple[TrackerState, ...]:
         scans, pose, next_states = [port.Eval(context) for port in self._scans], self._pose.Eval(context), list(before)
         time = find_newest(scans)
         new = [k for k, scan in enumerate(scans) if find_newest([scan]) == time != before[k].tracks.time]

@@ -52,14 +52,16 @@ class ScanMatcher(LeafSystem):
         """Match scans, weighed by the errors of odometry and lidar."""
         super().__init__()
         self._error = error
-        self._moved = lru_cache(maxsize=4)(_moved)  # ports are asked again when the state has followed what they show
+        self._moved = lru_cache(maxsize=4)(
+            _transform
+        )  # ports are asked again when the state has followed what they show
         self._observation = self.DeclareAbstractInputPort("observation", Value(Observation.none()))
         self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._state = self.DeclareVectorInputPort("state", 5)
         self._scan_pose = self.DeclareVectorInputPort("scan_pose", 3)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
         self._certificate = self.DeclareAbstractInputPort("certificate", Value(BrakingMotion.none()))
-        self._map = ScanState(self, ScanMap(), self._after, (self._observation,), stamp=self._stamp)
+        self._map = ScanState(self, ScanMap(), self._step_state, (self._observation,), stamp=self._stamp)
         own = ScanMatcher
         ports = self._observation, self._surroundings, self._state, self._scan_pose, self._guidance, self._certificate
         observation, surroundings, state, scan_pose, guidance, certificate = (
@@ -76,7 +78,7 @@ class ScanMatcher(LeafSystem):
     def _stamp(self, context: Context) -> float:
         return self._observation.Eval(context).time
 
-    def _after(self, context: Context, before: ScanMap) -> ScanMap:
+    def _step_state(self, context: Context, before: ScanMap) -> ScanMap:
         observation = self._observation.Eval(context)
         if observation.time == before.time:
             return before
@@ -105,6 +107,6 @@ class ScanMatcher(LeafSystem):
         )
 
 
-def _moved(value: Any, known: ScanMap, back: bool = False) -> Any:
+def _transform(value: Any, known: ScanMap, back: bool = False) -> Any:
     """A value in O, one with a method `moved`, in M; or back."""
     return value.transformed(invert_pose(known.correction) if back else known.correction)

@@ -128,7 +128,7 @@ class StarRoadmapPlanner(LeafSystem):
         walls = self._keep_outs(closed_areas)
         initial = PlannerState.initial(planner, robot.shape.cover_radius, robot.radius, walls)
         inputs = self._observation, self._goal, self._heading
-        self._plans = ScanState(self, _Plan(initial), self._after, inputs, stamp=self._stamp)
+        self._plans = ScanState(self, _Plan(initial), self._step_state, inputs, stamp=self._stamp)
         own, depends = StarRoadmapPlanner, {self._plans.ticket}
         turned, placed = depends | {self._heading.ticket()}, depends | {self._pose.ticket()}
         declare_value(self, "guidance", Guidance.none(), own._guidance, turned)
@@ -141,7 +141,7 @@ class StarRoadmapPlanner(LeafSystem):
     def _stamp(self, context: Context) -> float:
         return self._observation.Eval(context).time
 
-    def _after(self, context: Context, before: _Plan) -> _Plan:
+    def _step_state(self, context: Context, before: _Plan) -> _Plan:
         seen, goal = self._observation.Eval(context), self._goal.Eval(context)
         time, moved = seen.time, goal.tolist() != before.goal.tolist()
         if time == before.time and not moved:

@@ -100,7 +100,7 @@ def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
     buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in VIEWS)
     lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
     panel = (
-        f"<style>{_beside('page.css')}</style>"
+        f"<style>{_read_page_file('page.css')}</style>"
         f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{lines}'
         f'<div id="starnav-views">{buttons}</div>'
         f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
@@ -127,7 +127,7 @@ def _make_row(name: str, layer: Layer, caption: Caption, followed_path: list[str
     return f"<tr{data}{off_class}><td>{_draw_symbol(layer)}</td><td>{html.escape(layer.label)}</td></tr>"
 
 
-def _beside(name: str) -> str:
+def _read_page_file(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
@@ -140,7 +140,7 @@ def _make_script(cameras: Cameras, followed_path: list[str]) -> str:
         "start": [*map(float, cameras.start), 0.0],
     }
     text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
-    return _beside("page.js").replace("SETTINGS", text, 1)
+    return _read_page_file("page.js").replace("SETTINGS", text, 1)
 
 
 def format_css_color(color: tuple[float, float, float] | np.ndarray) -> str:

@@ -305,7 +305,9 @@ class StarRoadmapVisualizer(LeafSystem):
         if not seen_scans or pose is None or seen_scans[0][0] is self._drawn.scan:
             return
         self._drawn.scan = seen_scans[0][0]
-        points = np.vstack([align_with_robot(scan, mount).points(mount.unturned(pose)) for scan, mount in seen_scans])
+        points = np.vstack(
+            [align_with_robot(scan, mount).points(mount.find_lidar_pose(pose)) for scan, mount in seen_scans]
+        )
         every = math.ceil(max(len(points), 1) / SCAN_POINTS)
         self.stage.swap_points("scan", points[::every], time)
 

@@ -147,7 +147,7 @@ def _find_nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int]
 
 def _shorten_path(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The path (k, 2) shortened among points along it, to 0.2 % of what capsules allow near it."""
-    capsules = _around(path, capsules)
+    capsules = _select_capsules_near(path, capsules)
     path, previous_length = _straighten(path, capsules), np.inf
     while measure_arc_lengths(path)[-1] < (1.0 - 1e-4) * previous_length:
         previous_length = measure_arc_lengths(path)[-1]
@@ -158,7 +158,7 @@ def _shorten_path(path: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     return path
 
 
-def _around(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
+def _select_capsules_near(points: np.ndarray, capsules: np.ndarray) -> np.ndarray:
     """The capsules that reach into the bounding box of points: no other blocks a line between two of them."""
     low, high = points.min(axis=0), points.max(axis=0)
     axes = capsules[:, :4].reshape(-1, 2, 2)

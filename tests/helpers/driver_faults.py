@@ -40,7 +40,7 @@ class Faults:
         return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
 
     def scans_freeze_with_lost_beams(self, r, t):
-        self.kept = self.kept or [scan.masked([(2.0, 2.2)]) for scan in r.scans]
+        self.kept = self.kept or [scan.mask_sectors([(2.0, 2.2)]) for scan in r.scans]
         return r._replace(scans=[replace(self.kept[0], time=scan.time) for scan in r.scans])
 
     def scans_come_again_in_turn(self, r, t):

@@ -19,7 +19,7 @@ def test_a_scan_of_an_unturned_lidar_is_the_same_object() -> None:
     scan = cast(scattered(np.random.default_rng(1)))
     assert align_with_robot(scan, ON_AXIS) is scan
     assert align_with_robot(scan, Mount(0.2, 0.1, 0.0, False)) is scan
-    assert ON_AXIS.unturned(POSE) is POSE
+    assert ON_AXIS.find_lidar_pose(POSE) is POSE
 
 
 @given(seed=seeds)
@@ -31,7 +31,11 @@ def test_hits_stay_where_they_are(seed: int) -> None:
         (scan,) = looks(world, (Lidar(mount, 4.0, 200),), POSE)
         turned = align_with_robot(scan, mount)
         straight = cast(
-            world, mount.unturned(POSE), beams=200, angle_min=turned.angle_min, angle_increment=turned.angle_increment
+            world,
+            mount.find_lidar_pose(POSE),
+            beams=200,
+            angle_min=turned.angle_min,
+            angle_increment=turned.angle_increment,
         )
         assert turned.ranges == pytest.approx(straight.ranges, abs=1e-9)
         assert abs(turned.angle_min) <= math.pi
@@ -51,4 +55,4 @@ def test_upside_down_is_mirrored() -> None:
 def test_the_place_of_a_lidar_turns_with_the_robot() -> None:
     mount = Mount(0.2, 0.1, 1.0, True)
     assert mount.offset == pytest.approx(math.hypot(0.2, 0.1))
-    assert mount.unturned(np.array((1.0, 2.0, 0.5 * math.pi))) == pytest.approx((0.9, 2.2, 0.5 * math.pi))
+    assert mount.find_lidar_pose(np.array((1.0, 2.0, 0.5 * math.pi))) == pytest.approx((0.9, 2.2, 0.5 * math.pi))

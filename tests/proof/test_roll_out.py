@@ -15,7 +15,7 @@ from drake_starnav.geometry.footprint import LEAST_SIZE, Footprint, disc, footpr
 from drake_starnav.navigation.validation import HARDEST_BRAKING, QUICKEST_LOCK, TIGHTEST_CIRCLE
 from drake_starnav.parameters import declared
 from drake_starnav.robot import BASES, Limits, RobotParameters
-from drake_starnav.robot.motion import Actuation, Motion, roll_out, slides
+from drake_starnav.robot.motion import Actuation, Motion, is_sliding, roll_out
 from drake_starnav.scenario.schema import DriveParameters
 from tests.helpers.motions import exact_poses, exact_rates, turned
 
@@ -145,7 +145,7 @@ def nearest(poses: np.ndarray, points: np.ndarray, shape: Footprint) -> np.ndarr
 def test_the_budget_covers_what_samples_overrate(case) -> None:
     twist, target, actuation = case
     motion = roll_out(STILL, twist, target, actuation)
-    if motion.grips and not slides(*actuation.base.body_rates(twist), actuation.limits):
+    if motion.grips and not is_sliding(*actuation.base.body_rates(twist), actuation.limits):
         assert overrating(motion, twist, target, actuation) <= 0.5 * actuation.footprint.sampling
 
 

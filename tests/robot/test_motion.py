@@ -23,12 +23,12 @@ from drake_starnav.robot.motion import (
     Velocity,
     advance_pose,
     body_rates,
+    is_sliding,
     limit_to_grip,
     predict_pose,
     ramp_value,
     ramp_velocity,
     roll_out,
-    slides,
 )
 from tests.helpers.motions import FINE, actuation, exact_poses, exact_rates, turned
 from tests.helpers.scans import seeds
@@ -192,8 +192,8 @@ def test_the_grip_falls_where_the_robot_may_brake_hard() -> None:
     assert limit_to_grip(GRIP_WHILE_BRAKING) == GRIP
     assert limit_to_grip(2.0 * GRIP_WHILE_BRAKING) == pytest.approx(GRIP / 8.0)
     limits = Limits(2.0, 4.0, GRIP_WHILE_BRAKING, GRIP_WHILE_BRAKING, 10.0)
-    assert not slides(2.0, 0.5 * GRIP, limits)
-    assert slides(2.0, -0.51 * GRIP, limits)
+    assert not is_sliding(2.0, 0.5 * GRIP, limits)
+    assert is_sliding(2.0, -0.51 * GRIP, limits)
 
 
 @settings(max_examples=60)

@@ -113,7 +113,7 @@ def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
     wanted = [(-math.pi + (a - 0.5) * step, -math.pi + (b + 0.5) * step) for a, b in ((40, 42), (300, 300))]
     mask = estimate_mask(seen)
     assert mask is not None and np.allclose(mask, wanted, atol=1e-4)
-    scan = seen.scans[-1][1].masked(mask)
+    scan = seen.scans[-1][1].mask_sectors(mask)
     assert np.flatnonzero(np.isnan(scan.ranges)).tolist() == [40, 41, 42, 300]
 
 

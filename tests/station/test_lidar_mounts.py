@@ -120,7 +120,7 @@ def test_hits_of_a_lidar_lie_on_the_obstacles(model: str, frame: str) -> None:
     context, (mount,) = simulator.get_context(), station.robot_interface.mounts
     scan = station.GetOutputPort("lidar.scan").Eval(context)
     points = align_with_robot(scan, mount).points(
-        mount.unturned(station.GetOutputPort("localization.scan_pose").Eval(context))
+        mount.find_lidar_pose(station.GetOutputPort("localization.scan_pose").Eval(context))
     )
     away = [np.abs(np.hypot(*(points - place[:2]).T) - place[2]) for place in OPEN.cylinders]
     assert len(points) > 50 and np.min(away, axis=0).max() < 1e-3

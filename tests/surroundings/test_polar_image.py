@@ -67,7 +67,7 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
             poles.append((x, y, radius))
     world = World("needles", (0, 0, 0), (0, 0), cylinders=poles, bounds=(-3.0, -3.0, 3.0, 3.0))
     ends = [
-        align_with_robot(scan, lidar.mount).points(lidar.mount.unturned(pose))
+        align_with_robot(scan, lidar.mount).points(lidar.mount.find_lidar_pose(pose))
         for scan, lidar in zip(looks(world, lidars, pose), lidars, strict=True)
     ]
     away = [np.abs(np.hypot(*(np.vstack(ends) - pole[:2]).T) - pole[2]).min() for pole in poles]
