@@ -216,11 +216,11 @@ def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, o
     assert run_trial(scenario, Parts(world)).outcome == outcome
 
 
-@pytest.mark.parametrize("judge", ["AddToBuilder", "body_clearance"])
+@pytest.mark.parametrize("judge", ["AddToBuilder", "compute_body_clearance"])
 def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
     blind = {
         "AddToBuilder": (CollisionMonitor, staticmethod(lambda builder, station: None)),
-        "body_clearance": (trial_module, lambda world, poses, footprint: np.full(len(poses), 9.0)),
+        "compute_body_clearance": (trial_module, lambda world, poses, footprint: np.full(len(poses), 9.0)),
     }
     module, substitute = blind[judge]
     monkeypatch.setattr(module, judge, substitute)
@@ -228,7 +228,7 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     text += BLIND
     trial = run_trial(parse_scenario(text, name="blind"), seed=0)
     assert trial.outcome == "collision"
-    assert (trial.min_clearance_m < 0.0) == (judge != "body_clearance") == (trial.time_s == 3.0)
+    assert (trial.min_clearance_m < 0.0) == (judge != "compute_body_clearance") == (trial.time_s == 3.0)
 
 
 def test_an_empty_world_has_a_record_without_infinities() -> None:
