@@ -1,14 +1,19 @@
 """Perception of one scan; `tests/systems/test_star_perception.py` follows many of them."""
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
 
 from drake_starnav.geometry.footprint import disc
+from drake_starnav.lidar import LaserScan
+from drake_starnav.lidar.mounts import Mount
+from drake_starnav.lidar.outlier_filter import remove_outliers
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.surroundings import make_scan_region
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, perceive
+from drake_starnav.surroundings.view import ViewParams, carry_view, make_view
 from drake_starnav.worlds import World
 from tests.helpers.scans import MARGINS, cast
 
@@ -87,3 +92,14 @@ def test_a_lidar_on_the_axis_is_not_merged_with_what_it_saw_before() -> None:
         assert again.region is not None
         expected = make_scan_region(again.scan, POSES[0], RADIUS, MARGINS)
         assert np.array_equal(again.region.free_range, expected.free_range)
+
+
+def test_a_view_is_carried_with_its_confirmed_scan() -> None:
+    ranges = np.full(360, 2.0)
+    ranges[90] = 0.8  # a lone hit, which nothing confirms
+    scan = LaserScan(0.0, -math.pi, math.radians(1.0), 0.0, 5.0, ranges)
+    params = ViewParams(disc(RADIUS), filter_scan=functools.partial(remove_outliers, noise=0.01))
+    view = make_view(scan, Mount(0.1, 0.0, 0.0, False), np.zeros(3), None, params)
+    assert view.confirmed_scan is not view.scan
+    carried = carry_view(view, np.array((0.05, 0.0, 0.1)), 0.1)
+    assert carried.time == carried.scan.time == carried.confirmed_scan.time == 0.1
