@@ -101,7 +101,7 @@ def _choose_best_twist(twist, goal, points, limits, radius):
             cosine, sine = math.cos(turn), math.sin(turn)
             x_goal, y_goal = goal_ahead - length, goal_left
             if abs(turn) >= 1e-9:
-                x_goal, y_goal = (goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn)
+                x_goal, y_goal = goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn
             error = abs(math.atan2(cosine * y_goal - sine * x_goal, cosine * x_goal + sine * y_goal))
             free = min(clearance, CLEARANCE_LIMIT) / CLEARANCE_LIMIT
             score = 1.0 - error / math.pi + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max

@@ -472,7 +472,7 @@ def drive_step(rollout, velocities, m, hit_distance, scene):
     """
     radius, star = scene.settings.radius, scene.star
     mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
-    pose, _ = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
+    pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
     rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
     rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)

@@ -196,21 +196,20 @@ def ramp_velocity(current_velocity, target, step, limits):
 
 @leaf
 def integrate_step(pose, mean, step, limits):
-    """The pose after a step (s) at mean rates, and the way driven (m)."""
+    """Return the pose after a step (s) at mean rates."""
     way, side, turn = mean.ahead * step, mean.aside * step, mean.turning * step
     if limits.steers > 0.0:
         turn = mean.turning * way
     middle = pose.yaw + 0.5 * turn
     cosine, sine = math.cos(middle), math.sin(middle)
-    return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn), way
+    return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn)
 
 
 @leaf
 def advance_pose(pose, velocity, target, step, limits):
-    """Pose and velocity after a step (s) towards a target velocity, and the way driven (m), at its mean rates."""
+    """Return pose and velocity after a step (s) towards a target velocity, at its mean rates."""
     next_velocity, mean = ramp_velocity(velocity, target, step, limits)
-    pose, way = integrate_step(pose, mean, step, limits)
-    return pose, next_velocity, way
+    return integrate_step(pose, mean, step, limits), next_velocity
 
 
 @leaf
@@ -288,7 +287,7 @@ def simulate_legs(pose, velocity, legs, drive, samples, leg_starts):
                 step = min(step, abs(speed) / limits.max_deceleration)
             else:
                 step = min(step, abs(rate) / limits.max_yaw_acceleration)
-            pose, velocity, _ = advance_pose(pose, velocity, target_velocity, step, limits)
+            pose, velocity = advance_pose(pose, velocity, target_velocity, step, limits)
             speed, rate = body_rates(velocity, limits)
             time += step
             put(samples, min(count, len(samples) - 1), (pose.x, pose.y, pose.yaw, speed, rate, time))

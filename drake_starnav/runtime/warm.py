@@ -61,7 +61,7 @@ def warm_up(navigator: "Navigator") -> None:
         command = navigator.step(time, scans, [row], (unit * goal_x, unit * goal_y, *heading))
         if scans:
             _ask_of_fast_motions(navigator, pose)
-        next_pose, _, _ = advance_pose(
+        next_pose, _ = advance_pose(
             Pose(*pose), convert_to_velocity(twist), convert_to_velocity(command.twist), act.hold, act.limits
         )
         pose, twist = np.array(next_pose), command.twist

@@ -53,7 +53,7 @@ def describe_obstruction(
 
 def _find_hit_ahead(star: CertifiedStar, turn_angle: float, cover_radius: float) -> int:
     """Return which hit on the star's boundary ends the way at an angle from its first bearing, rad; -1: none does."""
-    distance, bearing = _find_boundary_polar(star)
+    distance, bearing = _find_polar(star, star.boundary.points)
     bearing_offset = np.mod(bearing - turn_angle + math.pi, TURN) - math.pi
     kept_distance = np.hypot(star.radius, star.boundary.half_gaps)
     across = distance * np.abs(np.sin(bearing_offset))
@@ -63,15 +63,15 @@ def _find_hit_ahead(star: CertifiedStar, turn_angle: float, cover_radius: float)
     return int(np.argmin(np.where(is_ahead, np.abs(bearing_offset), math.inf))) if is_ahead.any() else -1
 
 
-def _find_boundary_polar(star: CertifiedStar) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far the hits on a star's boundary are from its centre, m, and their bearings from its first, rad."""
-    offset = star.boundary.points - star.center
+def _find_polar(star: CertifiedStar, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far points (n, 2), W, are from a star's centre, m, and their bearings from its first, rad."""
+    offset = points - star.center
     return np.hypot(*offset.T), np.arctan2(offset[:, 1], offset[:, 0]) - star.bearing_0
 
 
 def _describe_hit_ahead(star: CertifiedStar, hit: int, scan: LaserScan, cover_radius: float) -> str:
     """Return what is said of a hit on the star's boundary, or of the lost beams that it stands for."""
-    distance, bearing = (each[hit] for each in _find_boundary_polar(star))
+    (distance,), (bearing,) = _find_polar(star, star.boundary.points[hit : hit + 1])
     where = _describe_direction(float(bearing) + scan.angle_min)
     beam = round(float(bearing % TURN) / scan.angle_increment) % len(scan.ranges)
     if scan.lost[beam]:

@@ -73,7 +73,7 @@ class BareRobot:
         """Follow a command for a period; it ramps as the certificate assumes."""
         twist = np.asarray(command.twist)
         assert np.isfinite(twist).all()
-        pose, _, _ = advance_pose(
+        pose, _ = advance_pose(
             Pose(*self.pose), convert_to_velocity(self.twist), convert_to_velocity(twist), self.period, self.limits
         )
         after = np.array(pose)

@@ -31,7 +31,7 @@ def test_a_robot_reaches_all_poses_of_a_manoeuvre(start):
         target = follow_manoeuvre(np.array(pose), poses, ROBOT)[0]
         twist = ramp_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
-        pose, _, _ = advance_pose(pose, steady, steady, PERIOD, LIMITS)
+        pose, _ = advance_pose(pose, steady, steady, PERIOD, LIMITS)
     assert not len(poses)
     assert math.hypot(pose.x - 0.4, pose.y + 0.2) < 0.04 and abs(twist[0]) < 0.2
     assert abs(pose.yaw) < 0.1
@@ -48,5 +48,5 @@ def test_a_robot_follows_the_arcs_of_a_manoeuvre(length: float, turn: float, gea
         target = follow_manoeuvre(np.array(pose), poses, ROBOT)[0]
         twist = ramp_twist(twist, target, Actuation(LIMITS, disc(0.2), PERIOD, 0.0))
         steady = Velocity(twist[0], 0.0, twist[1])
-        pose, _, _ = advance_pose(pose, steady, steady, PERIOD, LIMITS)
+        pose, _ = advance_pose(pose, steady, steady, PERIOD, LIMITS)
     assert abs(pose.yaw - turn) < 0.5 * abs(turn) and math.dist(pose[:2], (x, y)) < 0.02

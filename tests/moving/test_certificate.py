@@ -95,7 +95,7 @@ def test_discs_within_the_declared_speed_never_touch_a_point_of_a_robot_that_mov
         accepts = certificate.accepts(roll_out(pose, twist, desired, acting))
         target = desired if accepts else make_braking_twist(twist, desired, robot.limits, shape.is_disc)
         for _ in range(round(PERIOD / STEP)):
-            now, moves, _ = advance_pose(
+            now, moves = advance_pose(
                 Pose(*pose), convert_to_velocity(twist), convert_to_velocity(target), STEP, robot.limits
             )
             pose, twist = np.array(now), convert_to_twist(moves, robot.drive)
