@@ -11,6 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
+from drake_starnav.baselines.baseline_controller import BaselineController
 from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Parts, add_navigation, make_diagram
 from drake_starnav.planning import PlannerStatus
@@ -18,7 +19,6 @@ from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
 from drake_starnav.worlds import make_world
@@ -218,7 +218,7 @@ def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> N
     [
         ("dwa", ["station", "goal", "controller", "shield"]),
         ("foa_roadmap", ["station", "goal", "perception", "planner", "controller", "shield"]),
-        ("dsm", ["station", "goal", "controller", "shield", "known_obstacles"]),
+        ("dsm", ["station", "goal", "controller", "shield", "world"]),
     ],
 )
 def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: list[str]) -> None:

@@ -22,7 +22,6 @@ from drake_starnav.worlds import World, make_world
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 
 SMALL = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.7, 0.1, 0.4]], goal: [3.5, 0.0]}\n"
-BLIND = "controller: {kind: foa}\nlidar: {range_max: 0.2}\n"
 """A robot whose lidar sees no farther than its own hull, behind no shield."""
 
 
@@ -99,10 +98,9 @@ def test_a_controller_of_ones_own_is_tried_recorded_and_logged(tmp_path) -> None
     assert run_trial(scenario, Parts(controller=Ahead()), seed=3, observer=None).min_clearance_m > 0.0
 
 
-@pytest.mark.parametrize("method, words", [("dwa", "controller.kind star; allowed: dwa"), ("dwaa", "did you mean dwa")])
-def test_a_trial_goes_by_the_name_of_its_method(method: str, words: str) -> None:
-    with pytest.raises(StarnavError, match=words):
-        run_trial(parse_scenario(SMALL, name="small"), method=method)
+def test_a_trial_goes_by_the_name_of_its_method() -> None:
+    with pytest.raises(StarnavError, match="the scenario was loaded with star; allowed: that"):
+        run_trial(parse_scenario(SMALL, name="small"), method="dwa")
 
 
 def door(left: float) -> str:
@@ -225,8 +223,8 @@ def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monke
     module, substitute = blind[judge]
     monkeypatch.setattr(module, judge, substitute)
     text = "world: !Obstacles {cylinders: [[0.6, 0.0, 0.1]], goal: [2.0, 0.0]}\nsimulation: {timeout: 3.0}\n"
-    text += BLIND
-    trial = run_trial(parse_scenario(text, name="blind"), seed=0)
+    text += "lidar: {range_max: 0.2}\n"
+    trial = run_trial(parse_scenario(text, name="blind", method="foa"), seed=0)
     assert trial.outcome == "collision"
     assert (trial.min_clearance_m < 0.0) == (judge != "compute_body_clearance") == (trial.time_s == 3.0)
 
@@ -256,5 +254,5 @@ def test_walls_are_known_to_dsm_and_polygons_are_not() -> None:
     scenario = parse_scenario(
         "world: !Obstacles {polygons: [[[2, 1], [3, 1], [3, 2]]], goal: [4.0, 0.0]}", name="walls", method="dsm"
     )
-    with pytest.raises(UnsupportedError, match=r"controller.kind dsm in world obstacles, which has 1 polygon; allowed"):
+    with pytest.raises(UnsupportedError, match=r"circles in world obstacles, which has 1 polygon; allowed"):
         run_trial(scenario, method="dsm")

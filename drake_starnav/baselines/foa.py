@@ -207,13 +207,3 @@ def _compute_slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float,
         return 0.0 if approach < -1e-3 else 1.0
     power = ((far_distance - distance) / distance * length) ** (1.0 / 3.0)
     return max(0.0, 1.0 + APPROACH_SLOWDOWN * approach) ** power
-
-
-def make_clustering_foa() -> FoaBaseline:
-    """Return the one that clusters its hits."""
-    return FoaBaseline(clusters=True)
-
-
-def make_roadmap_foa() -> FoaBaseline:
-    """Return the one that follows short-term goals of the roadmap."""
-    return FoaBaseline(follows_roadmap=True)

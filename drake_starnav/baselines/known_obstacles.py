@@ -11,7 +11,9 @@ contraction", RA-L 2019, on overlapping obstacles.
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from drake_starnav.errors import UnsupportedError
 from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.worlds.world import World
 
 WALL_RADIUS = 1e5
 """Radius of the circle that stands for a wall: over 20 m it is straight to half a millimetre, m."""
@@ -31,6 +33,23 @@ class KnownObstacles:
     def none() -> "KnownObstacles":
         """An empty world, as the model value of ports."""
         return KnownObstacles(np.zeros((0, 3)), np.zeros((0, 2)))
+
+
+def find_known_obstacles(world: World, robot_radius: float) -> KnownObstacles:
+    """Return the obstacles of a world as circles, inflated by the robot's radius, m.
+
+    Raises:
+        UnsupportedError: the world has others than cylinders and spheres that stand still.
+    """
+    count = len(world.polygons)
+    if count or world.model is not None or len(world.moving_obstacles):
+        others = "a model file" if world.model is not None else "obstacles that move"
+        what = f"{count} polygon{'s' * (count > 1)}" if count else others
+        raise UnsupportedError(
+            f"a method that knows its obstacles as circles in world {world.name}, which has {what}; "
+            "allowed: a world of cylinders and spheres"
+        )
+    return make_known_obstacles(world.discs, world.bounds, robot_radius)
 
 
 def make_known_obstacles(

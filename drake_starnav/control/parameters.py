@@ -15,7 +15,6 @@ class ControllerParameters(Checked, place="controller"):
             controller that is wired by hand without a `StatePredictor`.
     """
 
-    kind: str = parameter("star", "star (follow the guiding vector), or a baseline by its name (docs/baselines.md)")
     rate: float = parameter(40.0, "commands a second", unit="Hz", low=0.1, high=1000.0)
     delay: float = 0.0
 

@@ -14,7 +14,7 @@ from drake_starnav.parameters import unknown_name
 from drake_starnav.planning.state import PlanStep
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import Scenario
-from drake_starnav.scenario.shipped import import_own_method
+from drake_starnav.scenario.shipped import import_method
 from drake_starnav.station.navigation_station import StationInterface
 from drake_starnav.surroundings.perception import Perceive
 from drake_starnav.systems.connecting import find_output_port, list_outputs
@@ -69,8 +69,12 @@ class Parts:
         object.__setattr__(self, "certificates", tuple(self.certificates))
 
     def of_method(self, scenario: Scenario) -> "Parts":
-        """These parts, completed by those of the scenario's method where it is one of the user's; see `METHODS`."""
-        make = import_own_method(scenario.method)
+        """Return these parts, completed by those of the scenario's method; see `METHODS`.
+
+        Raises:
+            StarnavError: both have one part, or the method returns no parts.
+        """
+        make = import_method(scenario.method)
         if make is None:
             return self
         made_parts = make(scenario)
@@ -78,9 +82,13 @@ class Parts:
         made_parts = Parts(**made_parts) if isinstance(made_parts, Mapping) else made_parts
         check_kind(made_parts, Parts, f"what method {scenario.method} returns", "or a controller")
         given_parts = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        return dataclasses.replace(
-            made_parts, **{name: value for name, value in given_parts.items() if value not in (None, (), True)}
-        )
+        given_parts = {name: part for name, part in given_parts.items() if part not in (None, (), True)}
+        for name in given_parts:
+            if getattr(made_parts, name) not in (None, (), True):
+                raise StarnavError(
+                    f"method {scenario.method} has a {name}, and you have one of your own; allowed: one of them"
+                )
+        return dataclasses.replace(made_parts, **given_parts)
 
 
 def function_of(part: Any) -> Any:

@@ -11,7 +11,6 @@ from drake_starnav.errors import StarnavError, counted, said_by, shown
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation.methods import BY_KIND, SHIELDED
 from drake_starnav.navigation.robot import DECLARED, Robot
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.scenario.error_budget import evaluate_error_budget
@@ -122,13 +121,12 @@ def check_and_derive_margins(
 
     `certified`: whether the parts that drive ask for any.
     """
-    controller, lidars = scenario.controller, scenario.all_lidars
+    lidars = scenario.all_lidars
     margins = derive_margins(scenario, mounts)
     _check_mounts(scenario, margins, mounts)
     _check_base(scenario)
-    _check_headings(scenario)
     _check_tolerance(scenario)
-    if not (certified and BY_KIND[controller.kind].shielded):
+    if not certified:
         return margins
     reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
     blank = [LaserScan(0.0, ranges=np.full(lidar.beams, np.inf), **lidar.scan_fields) for lidar in lidars]
@@ -155,7 +153,7 @@ def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margi
     """
     lidars = scenario.all_lidars
     views = [mount.view(lidar.field_of_view) for lidar, mount in zip(lidars, mounts, strict=True)]
-    if not BY_KIND[scenario.controller.kind].shielded or all(view.full_circle for view in views):
+    if all(view.full_circle for view in views):
         return
     free = find_initial_disc_radius(scenario.robot.shape, margin, max(0.0, *(mount.x for mount in mounts)))
     full_circle_lidar = LidarParameters(beams=BEARINGS, noise=0.0, range_min=0.0, range_max=2.0 * free)
@@ -171,12 +169,8 @@ def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margi
 
 
 def _check_base(scenario: Scenario) -> None:
-    """What some bases do not have: a driver of the methods as published, and wheels that slip."""
-    robot, kind, slip = scenario.robot, scenario.controller.kind, scenario.drive.slip
-    if robot.base != "differential" and kind != "star":
-        raise StarnavError(
-            f"controller.kind is {kind} with robot.base {robot.base}; allowed: star, or a differential drive"
-        )
+    """An ideal base has no wheels that slip."""
+    robot, slip = scenario.robot, scenario.drive.slip
     if robot.drive.holonomic and slip > 0.0:
         raise StarnavError(
             f"drive.slip is {slip:g} with robot.base {robot.base}, an ideal one without wheels; allowed: 0, and "
@@ -184,21 +178,11 @@ def _check_base(scenario: Scenario) -> None:
         )
 
 
-def _check_headings(scenario: Scenario) -> None:
-    """Goals with a heading need guidance that turns to it."""
-    kind = scenario.controller.kind
-    for k, goal in enumerate(scenario.goals):
-        if len(goal) == 3 and kind != "star":
-            raise StarnavError(
-                f"goals[{k}] has a yaw with controller.kind {kind}, which follows no turns on the spot; allowed: [x, y]"
-            )
-
-
 def _check_tolerance(scenario: Scenario) -> None:
     """A robot that follows guidance stops near its goal, as it believes, and must be within the tolerance there."""
     tolerance, stops = scenario.simulation.goal_tolerance, GOAL_REACHED * scenario.robot.shape.cover_radius
     least = stops + scenario.localization.jump
-    if BY_KIND[scenario.controller.kind].guided and tolerance <= least:
+    if tolerance <= least:
         raise StarnavError(
             f"simulation.goal_tolerance is {tolerance:g} m; allowed: more than {least:g} m, as the robot stops where "
             f"it believes to be {stops:.3g} m from the goal, localization.jump aside"
@@ -214,12 +198,6 @@ def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount])
             f"{_describe_mounts(mounts)}; allowed: "
             "one on the axis, whose scans are averaged, or less than "
             f"{AVERAGED_NOISE * scenario.robot.shape.cover_radius:g} m"
-        )
-    kind = scenario.controller.kind
-    if tuple(mounts) != (ON_AXIS,) and not BY_KIND[kind].shielded:
-        raise StarnavError(
-            f"controller.kind is {kind} with {_describe_mounts(mounts)}; allowed: one on the axis, unturned, "
-            f"or {SHIELDED}"
         )
 
 

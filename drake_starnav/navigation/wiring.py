@@ -3,12 +3,15 @@
 import dataclasses
 from typing import Any
 
-from pydrake.systems.framework import DiagramBuilder, System
+from pydrake.common.value import Value
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import ConstantValueSource
 
+from drake_starnav.control import follow_guidance
 from drake_starnav.errors import StarnavError, check_kind, counted
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
-from drake_starnav.navigation.methods import BY_KIND, SHIELDED, LoopConfig
+from drake_starnav.navigation.loop_config import LoopConfig
 from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts, function_of
 from drake_starnav.navigation.robot import robot_world, scan_ports
 from drake_starnav.navigation.sources import find_control_sources
@@ -27,6 +30,8 @@ from drake_starnav.station.navigation_station import NavigationStation, StationI
 from drake_starnav.station.robot_interface import RobotInterface
 from drake_starnav.surroundings.perception import perceive
 from drake_starnav.systems.connecting import add_system, connect, connect_inputs, find_output_port, list_outputs
+from drake_starnav.systems.controller import Controller
+from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
@@ -40,7 +45,7 @@ from drake_starnav.worlds.world import World
 
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
-    "known_obstacles",
+    "world",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
@@ -67,8 +72,6 @@ def add_navigation(
         stopwatch: records wall-clock times, if given.
 
     Raises:
-        UnsupportedError: the controller must know all obstacles as circles, and the world has others; or it does not
-            do what the scenario asks of it.
         StarnavError: the lidar sees too little; the start lies in an obstacle; the station was made with other
             parameters; the builder has systems of the same names; or your system has not the ports it needs.
     """
@@ -89,17 +92,19 @@ def add_navigation(
         check_own_plant(parts.station, world)
     if isinstance(station, StationInterface):
         check_time_step(station.robot_interface)
-        check_start(world, scenario, station.mounts, config.margins.safety)
+        if parts.certified:
+            check_start(world, scenario, station.mounts, config.margins.safety)
     goal = add_system(builder, "goal", parts.goal or _read_goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal)
-    if config.plans:
+    if _asks_for_planning(parts, navigation):
         navigation = _add_planning(builder, config, parts, _add_perception(builder, config, navigation))
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
     shield = parts.shield or _make_shield(config, parts)
-    controller = add_system(
-        builder, "controller", _make_own_system(parts.controller) or config.method.controller(config), "controller"
-    )
+    own_controller = _make_own_system(parts.controller)
+    controller = add_system(builder, "controller", own_controller or _make_controller(config), "controller")
+    if isinstance(controller, Controller) and stopwatch is not None:
+        controller.stopwatch = stopwatch
     shield = add_system(builder, "shield", shield, "shield")
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
     _connect_control(builder, config, parts, navigation)
@@ -107,6 +112,15 @@ def add_navigation(
     if navigation.matcher is not None and "certificate" in list_outputs(shield):
         builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
     return navigation
+
+
+def _asks_for_planning(parts: Parts, navigation: Navigation) -> bool:
+    """Whether anything reads what perception or planner say: not so for a lone controller that knows other inputs."""
+    controller = _make_own_system(parts.controller)
+    if parts.certified or parts.planner is not None or parts.perception is not None or controller is None:
+        return True
+    inputs = {controller.get_input_port(k).get_name() for k in range(controller.num_input_ports())}
+    return not inputs <= {*navigation.signals, "twist_command", "world"}
 
 
 def _make_own_system(part: Any) -> System | None:
@@ -130,24 +144,12 @@ def _check_parts(scenario: Scenario, parts: Parts) -> None:
             f"scenario {scenario.name} has {counted(len(scenario.robots), 'robot')}; allowed: one of them, or all of "
             "them by starnav simulate or simulation.robots.run_robots"
         )
-    settings, method = scenario.controller, BY_KIND[scenario.controller.kind]
     certificates = parts.certificates if parts.shield is None else ()
     if certificates and not parts.certified:
         raise StarnavError("certificates of your own with parts that are not certified; allowed: certified=True")
-    own = {"a controller": parts.controller is not None, "certificates": certificates}
-    if scenario.zones and not (parts.shield is None and parts.certified and method.shielded):
+    if scenario.zones and not (parts.shield is None and parts.certified):
         own_shield = "a shield of your own" if parts.certified else f"method {scenario.method}"
-        by = own_shield if method.shielded else f"controller.kind {settings.kind}"
-        raise StarnavError(f"zones with {by}, which does not keep them; allowed: {SHIELDED}, behind its own shield")
-    if any(own.values()) and not method.shielded:
-        what = next(name for name in own if own[name])
-        raise StarnavError(f"controller.kind is {settings.kind} with {what} of your own; allowed: {SHIELDED}")
-    baseline = method.baseline
-    if parts.planner is not None and baseline is not None and not baseline.follows_roadmap:
-        raise StarnavError(
-            f"controller.kind is {settings.kind}, which heads for the goal, with a planner of your own; "
-            "allowed: one that follows guidance or short-term goals"
-        )
+        raise StarnavError(f"zones with {own_shield}, which does not keep them; allowed: star, behind its own shield")
 
 
 def _check_names(builder: DiagramBuilder, parts: Parts) -> None:
@@ -176,7 +178,7 @@ def _check_world(scenario: Scenario, parts: Parts, seed: int) -> World:
 
 def _make_shield(config: LoopConfig, parts: Parts) -> System:
     robot, controller = config.scenario.robot, config.scenario.controller
-    if not (config.method.shielded and parts.certified):
+    if not parts.certified:
         return Unshielded(robot, controller, stopwatch=config.stopwatch)
     return TwistShield(
         robot,
@@ -215,7 +217,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         config.margins,
         lidar,
         mounts=mounts,
-        certifies=config.method.shielded and config.parts.certified,
+        certifies=config.parts.certified,
         perceive=function_of(config.parts.perception) or perceive,
         stopwatch=config.stopwatch,
     )
@@ -268,16 +270,38 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
 def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> None:
     """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
     assert navigation.controller is not None and navigation.shield is not None
-    driven_sources = {"twist_command": navigation.twist_command}
-    sources = driven_sources | find_control_sources(builder, config, navigation)
+    sources = {"twist_command": navigation.twist_command} | find_control_sources(builder, config, navigation)
     own = _make_own_system(parts.controller) is not None
-    if not own and config.method.guided and "guidance" not in sources:
+    if not own and "guidance" not in sources:
         names = ", ".join(list_outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
-    connect_inputs(
-        builder, navigation.controller, navigation.signals | driven_sources if own else sources, "controller"
-    )
+    if own:
+        connect_inputs(builder, navigation.controller, _find_own_sources(builder, navigation), "controller")
+    else:
+        connect_inputs(builder, navigation.controller, sources, "controller")
     sources["desired_twist"] = find_output_port(
         navigation.controller, "desired_twist", navigation.twist_size, "controller"
     )
     connect_inputs(builder, navigation.shield, sources, "shield")
+
+
+def _find_own_sources(builder: DiagramBuilder, navigation: Navigation) -> dict[str, OutputPort]:
+    """What a controller of the user's may read; the world only if it asks for it."""
+    assert navigation.controller is not None and navigation.twist_command is not None
+    sources = navigation.signals | {"twist_command": navigation.twist_command}
+    if navigation.controller.HasInputPort("world"):
+        source = builder.AddNamedSystem("world", ConstantValueSource(Value(navigation.world)))
+        sources["world"] = source.get_output_port()
+    return sources
+
+
+def _make_controller(config: LoopConfig) -> DsmController:
+    return DsmController(
+        config.scenario.robot,
+        config.scenario.controller,
+        config.margins,
+        propose=function_of(config.parts.controller) or follow_guidance,
+        obstacles=config.obstacles,
+        state_lead=config.state_lead,
+        stopwatch=config.stopwatch,
+    )

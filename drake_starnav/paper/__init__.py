@@ -8,8 +8,8 @@ controller. docs/paper.md has the map from each equation to its place, and what 
 
 from typing import Any
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.paper.algorithm import control, perceive, plan
+from drake_starnav.scenario.schema import check_plain_robot
 
 __all__ = ["control", "method", "perceive", "plan"]
 
@@ -20,13 +20,5 @@ def method(scenario: Any) -> dict[str, Any]:
     Raises:
         StarnavError: the robot of the scenario is no differential drive, or a goal has a heading.
     """
-    if scenario.robot.base != "differential":
-        raise StarnavError(
-            f"method star_paper with robot.base {scenario.robot.base}; allowed: star, or a differential drive"
-        )
-    for k, goal in enumerate(scenario.goals):
-        if len(goal) == 3:
-            raise StarnavError(
-                f"goals[{k}] has a yaw with method star_paper, which follows no turns on the spot; allowed: [x, y]"
-            )
+    check_plain_robot(scenario)
     return {"perception": perceive, "planner": plan, "controller": control, "certified": False}

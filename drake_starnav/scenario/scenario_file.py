@@ -17,7 +17,7 @@ from drake_starnav.robot import MODEL_FILES, RobotParameters
 from drake_starnav.safety.zones import ZONE_KINDS
 from drake_starnav.scenario import directives
 from drake_starnav.scenario.schema import DRAKE_CONFIGS, KEYS, LISTS, SECTIONS, Scenario
-from drake_starnav.scenario.shipped import import_own_method, list_scenario_names, read_method_settings
+from drake_starnav.scenario.shipped import check_method_name, import_method, list_scenario_names
 from drake_starnav.utils.files import read_text, write_text
 from drake_starnav.utils.imported import import_named
 from drake_starnav.utils.resources import find_model_path
@@ -53,7 +53,7 @@ def load_scenario(name_or_path: str | Path, *, method: str = "star", overrides: 
     What the scenario does not say is taken from the YAML file beside the robot's model, see `read_model_sections`.
     """
     path = find_scenario(name_or_path)
-    import_own_method(method)  # a module that is missing is told before anything runs
+    import_method(method)  # a module that is missing is told before anything runs
     text = read_text(path, f"scenario file {path}")
     name = os.fsencode(path.stem).decode("utf-8", errors="replace")
     return parse_scenario(
@@ -83,7 +83,7 @@ def parse_scenario(
     for override in overrides:
         _read_override(sections, override)
     directives.make_paths_absolute(sections, Path.cwd())
-    read_method_settings(method)
+    check_method_name(method)
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
@@ -104,10 +104,9 @@ def _make_scenario(sections: dict[str, Any], name: str, place: str, method: str)
     robot_section = {**limits.get("robot", {}), **(robot if isinstance(robot, dict) else {})}
     if model.endswith(MODEL_FILES) and not robot_section.keys() & set(directives.SHAPE):
         sections["robot"]["radius"] = 0.0  # as of the model
-    settings = read_method_settings(method)
     for key, cls in SECTIONS.items():
         base = build(cls, limits.get(key), f"{directives.find_limits_file(model)}: {key}" if key in limits else key)
-        parts[key] = build(cls, sections.get(key), key, base=build(cls, settings.get(key), key, base=base))
+        parts[key] = build(cls, sections.get(key), key, base=base)
     parts |= _make_lidar_sections(sections.get("lidars", limits.get("lidars")), parts["lidar"])
     configs: dict[str, Any] = {key: _read_drake_config(sections.get(key), key) for key in DRAKE_CONFIGS}
     parts["goals"] = _read_goals(sections.get("goals"))

@@ -15,7 +15,6 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
-from drake_starnav.baselines import BASELINES
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError, check_kind, shown
 from drake_starnav.lidar.sensor_model import LidarParameters
@@ -24,7 +23,6 @@ from drake_starnav.parameters import Checked, is_number, parameter
 from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut, SpeedZone
-from drake_starnav.scenario.shipped import import_own_method, read_method_settings
 from drake_starnav.worlds.world import check_numbers
 
 
@@ -146,10 +144,6 @@ class Scenario:
             if len(goal) not in (2, 3) or not all(map(is_number, goal)):
                 raise StarnavError(f"goals[{k}] is {shown(list(goal))}; allowed: finite [x, y] or [x, y, yaw]")
             check_numbers(goal, f"goals[{k}]", ("x", "y", "yaw")[: len(goal)])
-        if self.controller.kind not in CONTROLLERS:
-            raise StarnavError(
-                f"controller.kind is {shown(self.controller.kind)}; allowed: one of {', '.join(CONTROLLERS)}"
-            )
         if self.lidars and self.lidar != self.lidars[0]:
             raise StarnavError("lidar differs from lidars[0]; allowed: the same, or lidars alone")
         first, others = self.all_lidars[0], self.all_lidars[1:]
@@ -175,32 +169,33 @@ SECTIONS: dict[str, Any] = {
     for part in dataclasses.fields(Scenario)
     if part.name not in ("name", "world", "start", "method", *LISTS, *DRAKE_CONFIGS)
 }
-CONTROLLERS = ("star", *BASELINES)
-"""Values of `controller.kind`."""
 KEYS = ("world", *SECTIONS, *LISTS, *DRAKE_CONFIGS)
 """Keys of a scenario that may be overridden; it may also hold `directives`."""
 
 
 def check_method(scenario: Scenario, method: str | None) -> str:
-    """The method, or where it is None that of the scenario.
-
-    Raises:
-        StarnavError: the scenario is not one of this method; one of `star` may have any controller.
-    """
+    """The method, or where it is None that of the scenario; a `StarnavError` if the scenario is of another."""
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
-    method = scenario.method if method is None else method
-    kind = read_method_settings(method).get("controller", {}).get("kind", "star")
-    if scenario.controller.kind != kind and method != "star":
-        raise StarnavError(
-            f"method is {method}, and the scenario's controller.kind {scenario.controller.kind}; allowed: {kind}, as "
-            f"of load_scenario(..., method={method!r})"
-        )
-    if method != scenario.method and import_own_method(method) is not None:
+    if method not in (None, scenario.method):
         raise StarnavError(
             f"method is {method}, and the scenario was loaded with {scenario.method}; allowed: that, or a scenario of "
             f"load_scenario(..., method={method!r})"
         )
-    return method
+    return scenario.method
+
+
+def check_plain_robot(scenario: Scenario) -> None:
+    """Raise a `StarnavError` for what methods as published do not do: other bases, goals with a heading."""
+    if scenario.robot.base != "differential":
+        raise StarnavError(
+            f"method {scenario.method} with robot.base {scenario.robot.base}; allowed: star, or a differential drive"
+        )
+    for k, goal in enumerate(scenario.goals):
+        if len(goal) == 3:
+            raise StarnavError(
+                f"goals[{k}] has a yaw with method {scenario.method}, which follows no turns on the spot; "
+                "allowed: [x, y]"
+            )
 
 
 def select_world(scenario: Scenario, number: int | None) -> Scenario:

@@ -3,44 +3,43 @@
 from collections.abc import Callable
 from typing import Any, cast
 
-from drake_starnav.baselines import BASELINES
 from drake_starnav.errors import shown
 from drake_starnav.utils.imported import import_named
 from drake_starnav.utils.resources import find_model_path
 
-METHODS: dict[str, dict[str, dict[str, Any]] | Callable[[Any], Any] | str] = {
-    "star": {},
+METHODS: dict[str, Callable[[Any], Any] | str | None] = {
+    "star": None,
     "star_paper": "drake_starnav.paper:method",
-    **{name: {"controller": {"kind": name}} for name in BASELINES},
-    "grid_astar": "drake_starnav.systems.grid_planner:grid_astar",
+    **{
+        name: f"drake_starnav.baselines.baseline_controller:{name}"
+        for name in ("dsm", "foa", "foa_cluster", "foa_roadmap", "dwa")
+    },
+    "grid_astar": "drake_starnav.baselines.grid_planner:grid_astar",
 }
-"""A method is settings: which controller drives, and what else it sets before the scenario's own keys do.
+"""What drives: `star` is what a scenario declares; each other method is a function in the place of its parts.
 
-One of your own is a function from a `Scenario` to the `Parts` that drive it, to their fields by name, or to the
-controller alone. Enter it here by a name, as a function or as module:function, or name it so where a method is named.
+It takes a `Scenario` and returns the `Parts` that drive it, their fields by name, or the controller alone. Enter one of
+your own here by a name, as a function or as module:function, or name it so where a method is named.
 """
 
 
-def read_method_settings(name: str) -> dict[str, dict[str, Any]]:
-    """What a method sets in a scenario; a `StarnavError` if there is none of that name. Imports nothing."""
-    found_settings = METHODS.get(name, {})
+def check_method_name(name: str) -> None:
+    """Raise a `StarnavError` if there is no method of a name. Imports none."""
     if name not in METHODS and ":" not in name:
         from drake_starnav.parameters import unknown_name  # late: it takes NumPy
 
         raise unknown_name(f"method {shown(name)}", name, (*METHODS, "module:function"))
-    return found_settings if isinstance(found_settings, dict) else {}
 
 
-def import_own_method(name: str) -> Callable[[Any], Any] | None:
-    """The function of a method of the user's own, from a scenario to its parts; None of a shipped one.
+def import_method(name: str) -> Callable[[Any], Any] | None:
+    """The function of a method, from a scenario to its parts; None of `star`.
 
     Raises:
         StarnavError: there is no such method, see `import_named`.
     """
-    found_method = METHODS[name] if name in METHODS else name if ":" in name else read_method_settings(name)
-    if isinstance(found_method, str):
-        return cast(Callable[[Any], Any], import_named("method", found_method))
-    return None if isinstance(found_method, dict) else found_method
+    check_method_name(name)
+    method = METHODS.get(name, name)
+    return cast(Callable[[Any], Any], import_named("method", method)) if isinstance(method, str) else method
 
 
 def list_scenario_names() -> list[str]:

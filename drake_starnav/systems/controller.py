@@ -23,7 +23,7 @@ class Controller(LeafSystem):
 
     def __init__(self, stopwatch: Stopwatch | None) -> None:
         super().__init__()
-        self._stopwatch = stopwatch or Stopwatch()
+        self.stopwatch = stopwatch or Stopwatch()
 
     def _declare_outputs(self, size: int = 2) -> None:
         """Declare the outputs, with `size` components of a twist; call it after inputs and states are declared."""
@@ -40,5 +40,5 @@ class Controller(LeafSystem):
     def _desired_twist(self, context: Context) -> np.ndarray:
         read, begin = self._read(context), perf_counter()
         twist = self._propose(read).twist
-        self._stopwatch.note("command", begin)
+        self.stopwatch.note("command", begin)
         return twist

@@ -22,10 +22,12 @@ from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import PortDataType, System
 
+import drake_starnav.baselines
 import drake_starnav.station
 import drake_starnav.systems
 import drake_starnav.visualization
-from drake_starnav.baselines.foa import FoaBaseline
+from drake_starnav.baselines.baseline_controller import BaselineController
+from drake_starnav.baselines.grid_planner import GridPlanner
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.paper.choices import CHOICES
 from drake_starnav.paper.contents import ENTRIES
@@ -34,7 +36,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.error_budget import SYMBOLS, TERMS
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import SECTIONS, Scenario
-from drake_starnav.scenario.shipped import METHODS, read_method_settings
 from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 from drake_starnav.station.monitors import CollisionMonitor
@@ -44,12 +45,10 @@ from drake_starnav.station.planar_drive import PlanarVelocityCommand
 from drake_starnav.station.planar_localization import PlanarLocalization
 from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.wheel_drive import StepsCheck, WheelServo, WheelSlip, WheelSpeedCommand
-from drake_starnav.systems.baseline_controller import BaselineController
 from drake_starnav.systems.controller import Controller
 from drake_starnav.systems.dsm_controller import DsmController
 from drake_starnav.systems.fixed_goal import FixedGoal
 from drake_starnav.systems.goal_sequence import GoalSequence
-from drake_starnav.systems.grid_planner import GridPlanner
 from drake_starnav.systems.jump_guard import JumpGuard
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
 from drake_starnav.systems.scan_matcher import ScanMatcher
@@ -65,7 +64,7 @@ from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from scripts.experiments.fault_table import stored_table
 from scripts.maintenance.example_pages import example_pages
 
-ROOMS = (drake_starnav.systems, drake_starnav.station, drake_starnav.visualization)
+ROOMS = (drake_starnav.systems, drake_starnav.baselines, drake_starnav.station, drake_starnav.visualization)
 """Packages whose modules define systems."""
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -99,7 +98,7 @@ def all_systems() -> list[System]:
         FixedGoal((1.0, 0.0)),
         GoalSequence([(1.0, 0.0)], tolerance=0.3, period=0.02),
         DsmController(robot, controller, margins, obstacles=defaults.obstacles),
-        BaselineController(robot, FoaBaseline()),
+        BaselineController(robot, SimpleNamespace(knows_obstacles=True, follows_roadmap=True)),  # with every port
         TwistShield(robot, controller, margins, obstacles=defaults.obstacles),
         Unshielded(robot, controller),
         WheelServo(RobotModel(station.plant, station.scene_graph, station.robot_model)),
@@ -200,25 +199,6 @@ def yaml_text(value: Any) -> str:
     return yaml.safe_dump(value, default_flow_style=True).removesuffix("...\n").strip()
 
 
-def method_rows() -> list[Row]:
-    """One row (parameter, default, value by method...) for each parameter that some method sets; else it is empty."""
-    keys = [
-        (section, key)
-        for sections in map(read_method_settings, METHODS)
-        for section, values in sections.items()
-        for key in values
-    ]
-    rows: list[Row] = []
-    for section, key in dict.fromkeys(keys):
-        default = getattr(SECTIONS[section](), key)
-        own = [
-            f"`{yaml_text(s[section][key])}`" if key in s.get(section, {}) else ""
-            for s in map(read_method_settings, METHODS)
-        ]
-        rows.append((f"`{section}.{key}`", f"`{yaml_text(default)}`", *own))
-    return rows
-
-
 def table(head: Row, rows: Sequence[Row]) -> str:
     """A Markdown table, without a last column that is empty."""
     if rows and not any(row[-1] for row in rows):
@@ -292,9 +272,6 @@ settings for a noisy lidar, narrow doors, a fast or a big robot.
         "plant (except for `time_step`: see `simulation.time_step`) and Drake's defaults of the\n"
         "simulator. The margins assume ours.\n"
     )
-    methods = table(("parameter", "default", *(f"`{name}`" for name in METHODS)), method_rows())
-    said = "A method sets the parameters below; a scenario's own values override them."
-    parts.append(f"## Methods\n\n{said}\n\n{methods}\n")
     return "\n".join(parts)
 
 

@@ -84,7 +84,7 @@ def test_a_trial_that_cannot_be_run_is_recorded(text: str, message: str) -> None
 
 def test_a_method_that_cannot_be_tried_in_a_world_is_recorded_as_unsupported() -> None:
     text = "world: !Obstacles {polygons: [[[2, 1], [3, 1], [3, 2]]], goal: [4.0, 0.0]}"
-    record = run_job(Job(Case("walls", "dsm", text + "\ncontroller: {kind: dsm}"), 2, 7))
+    record = run_job(Job(Case("walls", "dsm", text), 2, 7))
     assert record["outcome"] == "unsupported"
     assert "1 polygon" in record["message"]
     assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("walls", "dsm", 2, 7)

@@ -161,7 +161,7 @@ def test_bad_input_exits_with_2_and_loses_nothing(more, words, whole: Path, tiny
 def test_what_cannot_be_tried_is_reported_once(capsys) -> None:
     assert benchmark(["crowd_room", "--method", "dsm", "--trials", "3"]) == 0
     captured = capsys.readouterr()
-    assert captured.err.count("unsupported: controller.kind dsm in world crowd") == 1
+    assert captured.err.count("unsupported: a method that knows its obstacles as circles in world crowd") == 1
     assert "| 3 " in captured.out.split("unsupported")[1].splitlines()[2]
 
 

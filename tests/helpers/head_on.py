@@ -16,5 +16,5 @@ def head_on(folder: Path, max_speed: float) -> Scenario:
     }
     (folder / "worlds.json").write_text(json.dumps(content))
     text = f"world: !DynaBarn {{file: {folder / 'worlds.json'}}}\nrobot: {{max_speed: {max_speed}}}\n"
-    text += "controller: {kind: foa_roadmap}\nlidar: {range_max: 0.6}\n"
-    return parse_scenario(text, name="head on")
+    text += "lidar: {range_max: 0.6}\n"
+    return parse_scenario(text, name="head on", method="foa_roadmap")

@@ -91,13 +91,13 @@ def test_a_robot_visits_its_goals_in_order_and_turns_to_the_last_heading() -> No
 
 
 @pytest.mark.parametrize(
-    ("override", "said"),
+    ("method", "override", "said"),
     [
-        ("controller.kind=foa", "controller.kind foa, which follows no turns on the spot"),
-        ("goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], inside cylinders"),
+        ("foa", "simulation.timeout=9", "method foa, which follows no turns on the spot"),
+        ("star", "goals=[[1.7, 0.1]]", r"goals\[0\] is \[1.7, 0.1\], inside cylinders"),
     ],
 )
-def test_goals_that_cannot_be_driven_to_are_refused(override: str, said: str) -> None:
-    scenario = parse_scenario(SMALL + "goals: [[3.5, 0, 1]]", name="refused", overrides=[override])
+def test_goals_that_cannot_be_driven_to_are_refused(method: str, override: str, said: str) -> None:
+    scenario = parse_scenario(SMALL + "goals: [[3.5, 0, 1]]", name="refused", method=method, overrides=[override])
     with pytest.raises(StarnavError, match=said):
         make_diagram(scenario)

@@ -73,7 +73,6 @@ def test_a_robot_that_fits_between_two_beams_where_it_must_stop_is_refused(beams
 @pytest.mark.parametrize(
     ("override", "reason"),
     [
-        ("controller.kind=foa", "controller.kind is foa with robot.base omnidirectional"),
         ("drive.slip=0.05", "drive.slip is 0.05 .* without wheels; allowed: 0, and drive.error"),
     ],
 )

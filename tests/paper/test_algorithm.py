@@ -151,7 +151,7 @@ def test_the_search_begins_at_the_robot_in_each_pass() -> None:
 )
 def test_what_it_cannot_do_is_refused(override: str, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
-        method(load_scenario("room", overrides=[override]))
+        method(load_scenario("room", method="star_paper", overrides=[override]))
 
 
 def test_a_scenario_of_another_method_is_refused() -> None:

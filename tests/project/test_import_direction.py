@@ -30,7 +30,7 @@ class Room:
 
 GROUND = "errors parameters utils"
 SENSING = f"{GROUND} geometry lidar robot"
-METHOD = f"{SENSING} surroundings localization safety planning manoeuvres control moving paper baselines worlds"
+METHOD = f"{SENSING} surroundings localization safety planning manoeuvres control moving worlds"
 LOOP = f"{METHOD} models scenario systems station loading navigation"
 ARRAYS = "numpy scipy numba"
 DRAKE = "numpy numba pydrake"
@@ -49,13 +49,15 @@ TABLE = {
     "manoeuvres": Room(f"{SENSING} surroundings planning", ARRAYS),
     "control": Room(f"{SENSING} surroundings safety planning manoeuvres", ARRAYS),
     "moving": Room(f"{SENSING} surroundings safety planning control", ARRAYS),
-    "paper": Room(f"{SENSING} surroundings safety planning control", f"{ARRAYS} sklearn"),
-    "baselines": Room(f"{SENSING} surroundings safety planning control", f"{ARRAYS} sklearn"),
     "worlds": Room(f"{SENSING} surroundings planning", f"{ARRAYS} shapely yaml PIL"),
     "models": Room(f"{SENSING} worlds", "numpy scipy trimesh pydrake xacro"),
     "scenario": Room(METHOD, "numpy yaml"),
     "systems": Room(METHOD, f"{DRAKE} shapely"),
     "station": Room(f"{SENSING} worlds planning models scenario systems", f"{DRAKE} shapely"),
+    "paper": Room(f"{SENSING} surroundings safety planning control scenario", f"{ARRAYS} sklearn"),
+    "baselines": Room(
+        f"{SENSING} surroundings safety planning control worlds scenario systems", f"{ARRAYS} sklearn pydrake"
+    ),
     "loading": Room("scenario station"),
     "navigation": Room(f"{METHOD} scenario systems station", DRAKE),
     "runtime": Room(LOOP, f"{DRAKE} mcap cyclonedds rclpy"),

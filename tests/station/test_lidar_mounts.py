@@ -142,8 +142,6 @@ def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
             ("lidar.frame=ahead", "lidar.noise=0.05"),
             "lidar.noise is 0.05 with a lidar at x 0.2.*: one on the axis",
         ),
-        (("lidar.frame=ahead", "controller.kind=dwa"), "controller.kind is dwa with a lidar at x 0.2"),
-        ((*CORNERS, "controller.kind=foa"), "controller.kind is foa with 2 lidars; allowed: one on"),
         (("lidar.frame=ahead", "robot.radius=0.35", "lidar.range_max=0.5"), "lidar.range_max is 0.5 m"),
     ):
         with pytest.raises(StarnavError, match=said):

@@ -4,17 +4,19 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
+from drake_starnav.baselines.baseline_controller import BaselineController, foa
 from drake_starnav.baselines.baseline_step import Baseline
 from drake_starnav.baselines.dsm_circles import DsmBaseline
 from drake_starnav.baselines.dwa import DwaBaseline
 from drake_starnav.baselines.foa import FoaBaseline
-from drake_starnav.baselines.known_obstacles import make_known_obstacles
 from drake_starnav.control import ControllerParameters
+from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
-from drake_starnav.systems.baseline_controller import BaselineController
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.worlds import World
 from tests.helpers.controlling import Controlling
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
@@ -46,13 +48,13 @@ def controlling_of(baseline: Baseline, *, stopwatch: Stopwatch | None = None, **
     return Controlling(controller, Unshielded(ROBOT, CONTROLLER, stopwatch=stopwatch), given)
 
 
-def known(discs: list[tuple[float, float, float]]) -> Value:
-    return Value(make_known_obstacles(np.array(discs).reshape(-1, 3), None, ROBOT.radius))
+def with_discs(discs: list[tuple[float, float, float]]) -> Value:
+    return Value(World("discs", (0.0, 0.0, 0.0), (3.0, 0.0), np.array(discs).reshape(-1, 3)))
 
 
 @EVERY
 def test_drives_to_the_goal_and_says_where(settings) -> None:
-    controlling = controlling_of(settings, obstacles=known([]))
+    controlling = controlling_of(settings, world=with_discs([]))
     assert np.array_equal(controlling.out("twist_command"), np.zeros(2))
     v, omega = controlling.update(100)
     assert 0.3 < v <= ROBOT.max_speed + 1e-12
@@ -62,7 +64,7 @@ def test_drives_to_the_goal_and_says_where(settings) -> None:
 
 @EVERY
 def test_certifies_nothing_but_shows_how_it_would_brake(settings) -> None:
-    controlling = controlling_of(settings, obstacles=known([]))
+    controlling = controlling_of(settings, world=with_discs([]))
     v, _ = controlling.update(100)
     certificate = controlling.out("certificate")
     assert not certificate.certified
@@ -70,9 +72,8 @@ def test_certifies_nothing_but_shows_how_it_would_brake(settings) -> None:
     assert certificate.path[-1, 0] == pytest.approx(needed, abs=0.05 * v)
 
 
-@EVERY
-def test_turns_to_the_short_term_goal_where_there_is_one(settings) -> None:
-    controlling = controlling_of(settings, obstacles=known([]), short_term_goal=[0.0, 3.0])
+def test_turns_to_the_short_term_goal_if_it_follows_the_roadmap() -> None:
+    controlling = controlling_of(FoaBaseline(follows_roadmap=True), short_term_goal=[0.0, 3.0])
     assert controlling.update(20)[1] > 0.5
 
 
@@ -85,7 +86,20 @@ def test_a_scan_counts_where_it_was_taken(settings) -> None:
 
 
 def test_dsm_knows_its_obstacles_and_needs_no_scan() -> None:
-    free = controlling_of(DsmBaseline(), obstacles=known([]), scan=None, scan_pose=None)
-    ahead = controlling_of(DsmBaseline(), obstacles=known([(0.6, 0.02, 0.3)]), scan=None, scan_pose=None)
+    free = controlling_of(DsmBaseline(), world=with_discs([]))
+    ahead = controlling_of(DsmBaseline(), world=with_discs([(0.6, 0.02, 0.3)]))
     assert free.update(60)[0] > 0.3
     assert abs(ahead.update(20)[1]) > 0.5
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["robot.model=omnibot"], "method foa with robot.base omnidirectional; allowed: star, or a differential drive"),
+        (["lidar.frame=ahead"], "method foa with a lidar at ahead; allowed: one at lidar, or star"),
+        (["lidars=[{frame: lidar}, {frame: ahead}]"], "method foa with 2 lidars; allowed: one at lidar, or star"),
+    ],
+)
+def test_what_no_baseline_can_do_is_refused(overrides: list[str], words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        foa(load_scenario("forest", method="foa", overrides=overrides))
