@@ -17,6 +17,7 @@ from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS, list_scenario_names
 from drake_starnav.utils.compilation import COMPILING
 from drake_starnav.worlds import WORLD_KINDS
+from tests.helpers.trials import run_trials_here
 
 FIELDS = {
     "scenario", "method", "seed", "outcome", "contact", "blocked_s", "blocked_by", "goals_s", "time_s", "path_length_m",
@@ -139,7 +140,10 @@ def test_a_world_is_drawn(tmp_path: Path, capsys) -> None:
     assert file.read_bytes().startswith(b"\x89PNG") and file.stat().st_size > 10_000
 
 
-def test_no_command_writes_over_what_it_reads_or_has_written(scenario_file: Path, tmp_path: Path, capsys) -> None:
+def test_no_command_writes_over_what_it_reads_or_has_written(
+    scenario_file: Path, tmp_path: Path, monkeypatch, capsys
+) -> None:
+    run_trials_here(monkeypatch)
     text, twice = scenario_file.read_text(), str(tmp_path / "a.html")
     trials = tmp_path / "trials.jsonl"
     assert benchmark([str(scenario_file), "--trials", "1", "--jobs", "1", "--json", str(trials), "--quiet"]) == 0

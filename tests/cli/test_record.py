@@ -12,8 +12,14 @@ from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.cli.record import choose_run, record
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.utils.compilation import COMPILING
+from tests.helpers.trials import run_trials_here
 
 WORLD = "world: !Obstacles {cylinders: [[0.9, 0.8, 0.3]], goal: [1.5, 0.0]}\nsimulation: {timeout: 1.5}\n"
+
+
+@pytest.fixture(autouse=True)
+def _in_this_process(monkeypatch) -> None:
+    run_trials_here(monkeypatch)
 
 
 @pytest.fixture

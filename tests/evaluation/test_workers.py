@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import BrokenExecutor, Future
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.trial_file import read_trials
 from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, make_local_pool, run_jobs, start_local_processes
+from tests.helpers.trials import AtOnce
 
 pytestmark = pytest.mark.slow
 
@@ -27,7 +28,7 @@ pytestmark = pytest.mark.slow
 JOBS = [Job(Case("tiny", "star", ""), k, k) for k in range(8)]
 
 
-class Fragile(Executor):
+class Fragile(AtOnce):
     """Runs calls at once; a deadly job breaks it, with all that is handed to it later, as a dying process would."""
 
     def __init__(self, deadly: dict[int, int]) -> None:
@@ -36,14 +37,13 @@ class Fragile(Executor):
         self.broken = False
 
     def submit(self, function, /, *args, **kwargs) -> Future:
-        future: Future = Future()
         if args and self.deadly.get(args[0].trial, 0) > 0:
             self.deadly[args[0].trial] -= 1
             self.broken = True
-        if self.broken:
-            future.set_exception(BrokenExecutor("a worker died"))
-        else:
-            future.set_result(function(*args, **kwargs))
+        if not self.broken:
+            return super().submit(function, *args, **kwargs)
+        future: Future = Future()
+        future.set_exception(BrokenExecutor("a worker died"))
         return future
 
 

@@ -97,21 +97,19 @@ def cast(
     increment = 2.0 * math.pi / beams if angle_increment is None else angle_increment
     angle = pose[2] + angle_min + increment * np.arange(beams)
     ray = np.column_stack((np.cos(angle), np.sin(angle)))
-    ranges = np.full(beams, np.inf)
-    for x, y, radius in world.discs:
-        to_center = np.array((x, y)) - pose[:2]
-        along = ray @ to_center
-        root = radius**2 - (to_center @ to_center - along**2)
-        entry = along - np.sqrt(np.maximum(root, 0.0))
-        ranges = np.where((root >= 0.0) & (entry > 0.0), np.minimum(ranges, entry), ranges)
-    for x1, y1, x2, y2 in world.segments:
-        a, e = np.array((x1, y1)) - pose[:2], np.array((x2 - x1, y2 - y1))
-        det = ray[:, 1] * e[0] - ray[:, 0] * e[1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            r = (a[1] * e[0] - a[0] * e[1]) / det
-            t = (ray[:, 0] * a[1] - ray[:, 1] * a[0]) / det
-        hit = (np.abs(det) > 1e-12) & (r > 0.0) & (t >= -1e-9) & (t <= 1.0 + 1e-9)
-        ranges = np.where(hit, np.minimum(ranges, np.where(hit, r, np.inf)), ranges)
+    discs, segments = np.reshape(world.discs, (-1, 3)), np.reshape(world.segments, (-1, 4))
+    to_center = discs[:, :2] - pose[:2]
+    along = ray @ to_center.T
+    root = discs[:, 2] ** 2 - ((to_center**2).sum(axis=1) - along**2)
+    entry = along - np.sqrt(np.maximum(root, 0.0))
+    ranges = np.where((root >= 0.0) & (entry > 0.0), entry, np.inf).min(axis=1, initial=np.inf)
+    a, e = segments[:, :2] - pose[:2], segments[:, 2:] - segments[:, :2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        det = ray[:, 1:] * e[:, 0] - ray[:, :1] * e[:, 1]
+        r = (a[:, 1] * e[:, 0] - a[:, 0] * e[:, 1]) / det
+        t = (ray[:, :1] * a[:, 1] - ray[:, 1:] * a[:, 0]) / det
+    hit = (np.abs(det) > 1e-12) & (r > 0.0) & (t >= -1e-9) & (t <= 1.0 + 1e-9)
+    ranges = np.minimum(ranges, np.where(hit, r, np.inf).min(axis=1, initial=np.inf))
     ranges = np.where(ranges < range_max, ranges, np.inf)
     return LaserScan(0.0, angle_min, increment, 0.0, range_max, ranges)
 
@@ -149,13 +147,11 @@ def noisy(scan: LaserScan, noise: float, rng: np.random.Generator) -> LaserScan:
 
 def distance(world: World, points: np.ndarray) -> np.ndarray:
     """Distance from points outside of all obstacles to the nearest surface; shape (n, 2) -> (n,), m."""
-    points = np.asarray(points, dtype=float).reshape(-1, 2)
-    out = np.full(len(points), np.inf)
-    for x, y, radius in world.discs:
-        out = np.minimum(out, np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius))
-    for x1, y1, x2, y2 in world.segments:
-        out = np.minimum(out, segment_distance(points, np.array((x1, y1)), np.array((x2, y2))))
-    return out
+    points = np.asarray(points, dtype=float).reshape(-1, 1, 2)
+    discs, segments = np.reshape(world.discs, (-1, 3)), np.reshape(world.segments, (-1, 4))
+    to_discs = np.abs(np.hypot(*np.moveaxis(points - discs[:, :2], -1, 0)) - discs[:, 2])
+    to_segments = segment_distance(points, segments[:, :2], segments[:, 2:])
+    return np.hstack((to_discs, to_segments)).min(axis=1, initial=np.inf)
 
 
 def length(*points: np.ndarray) -> float:
@@ -168,7 +164,7 @@ def segment_distance(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.nda
     e = b - a
     squared = np.maximum((e * e).sum(axis=-1), 1e-300)
     t = np.clip(((points - a) * e).sum(axis=-1) / squared, 0.0, 1.0)
-    return np.linalg.norm(points - a - t[..., None] * e, axis=-1)
+    return np.hypot(*np.moveaxis(points - a - t[..., None] * e, -1, 0))
 
 
 def scattered(rng: np.random.Generator, discs: int = 6, walls: int = 4, clear: float = 0.5) -> World:

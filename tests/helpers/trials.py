@@ -1,12 +1,30 @@
-"""Results for the tests of reports, made up except for their worlds."""
+"""Results for the tests of reports, made up except for their worlds; and trials that run in this process."""
 
 import random
+from concurrent.futures import Executor, Future
+from contextlib import nullcontext
 
+from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import derive_trial_seed, make_cases
 from drake_starnav.evaluation.report.results import Results, make_results
 from drake_starnav.evaluation.trial_file import make_header
 
 STEP = {"count": 10, "mean_s": 2e-5, "p50_s": 2e-5, "p99_s": 5e-5}
+
+
+class AtOnce(Executor):
+    """Runs each call at once, in this process."""
+
+    def submit(self, function, /, *args, **kwargs) -> Future:
+        """Return a future that has the result."""
+        future: Future = Future()
+        future.set_result(function(*args, **kwargs))
+        return future
+
+
+def run_trials_here(monkeypatch) -> None:
+    """Run the trials of batches in this process instead of starting others."""
+    monkeypatch.setattr(workers, "start_local_processes", lambda count: nullcontext(AtOnce()))
 
 
 def record(scenario: str = "forest", method: str = "star", trial: int = 0, outcome: str = "reached", **fields) -> dict:

@@ -28,15 +28,10 @@ POLYGON = "robot: {footprint: [[-0.2, -0.15], [0.3, -0.15], [0.3, 0.15], [-0.2, 
 TWO = "lidar: {rate: 10}\nlidars: [{}, {}]\nrobot: {max_speed: 0.5}\n"
 DRIFT, MOVERS = "localization: {drift: 0.02}\n", "obstacles: {max_speed: 0.5}\n"
 RUNS = {
-    "static": ("", ""),
-    "drift": (DRIFT, "drift"),
-    "movers": (MOVERS, "movers"),
     "movers and drift": (MOVERS + DRIFT, "drift movers"),
-    "polygon": (POLYGON, ""),
     "polygon and drift": (POLYGON + DRIFT, "drift"),
     "car": ("robot: {base: car, model: carbot}", ""),
     "omnidirectional": ("robot: {base: omnidirectional, model: omnibot}", ""),
-    "two lidars": (TWO, ""),
     "two lidars and drift": (TWO + DRIFT, "drift"),
     "faults": ("", "faults"),
 }

@@ -32,16 +32,17 @@ def sensed(world: World, pose: np.ndarray, before: Surroundings) -> Surroundings
 
 def moved(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, time: float, step: float = 1e-3) -> tuple:
     """Poses every `step` (s) of a robot that ramps continuously to the target twist, and its last twist."""
-    poses = []
-    change = step * ACCELERATIONS
+    poses, ((x, y, yaw), (v, omega)) = [], (pose.tolist(), twist.tolist())
+    change_v, change_omega = (step * ACCELERATIONS).tolist()
     for _ in range(round(time / step)):
-        after = twist + np.clip(target - twist, -change, change)
-        v, omega = 0.5 * (twist + after)
-        middle = pose[2] + 0.5 * omega * step
-        pose = pose + step * np.array((v * math.cos(middle), v * math.sin(middle), omega))
-        twist = after
-        poses.append(pose)
-    return np.array(poses), twist
+        before = v, omega
+        v += min(max(target[0] - v, -change_v), change_v)
+        omega += min(max(target[1] - omega, -change_omega), change_omega)
+        speed, turned = 0.5 * step * (before[0] + v), 0.5 * step * (before[1] + omega)
+        x, y = x + speed * math.cos(yaw + 0.5 * turned), y + speed * math.sin(yaw + 0.5 * turned)
+        yaw += turned
+        poses.append((x, y, yaw))
+    return np.array(poses), np.array((v, omega))
 
 
 def random_situation(seed: int) -> tuple[World, Surroundings, np.ndarray, np.ndarray, np.ndarray]:

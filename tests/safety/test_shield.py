@@ -53,8 +53,9 @@ def test_a_free_twist_passes_within_the_limits() -> None:
 
 
 @pytest.mark.parametrize("base", list(BASES))
-@pytest.mark.parametrize("braking", [0.5, 4.0])  # more samples than there is room for at first; and wheels that slide
-@pytest.mark.parametrize("acceleration", [0.5, 4.0])
+@pytest.mark.parametrize(  # more samples than there is room for at first; and wheels that slide
+    ("acceleration", "braking"), [(0.5, 0.5), (4.0, 4.0)]
+)
 def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_one(base, acceleration, braking) -> None:
     robot = dataclasses.replace(ROBOT, base=base, max_speed=2.0, max_yaw_rate=4.0)
     robot = dataclasses.replace(robot, max_acceleration=acceleration, max_deceleration=braking)

@@ -19,6 +19,7 @@ from tests.project.test_public import PUBLIC_MODULES
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "scripts" / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))
+NUMBERED = [example for example in EXAMPLES if example.stem[0].isdigit()]
 HANG = 240.0
 """An example takes seconds, that of six robots a minute; on a machine that has compiled nothing yet, some more. Beyond
 this it hangs, s."""
@@ -35,7 +36,10 @@ EXPECTED = {
     "03_another_controller": [r"^reached at .* by way of [0-9]+ short-term goals$"],
     "04_fixed_path": [r"^reached at .*; off the path by 0\.[12]\d m in the mean, at most 0\.[3-7]\d m$"],
     "05_holonomic_robot": ["^reached at .* without a turn$"],
-    "06_lidar_only": ["extra_heavy_duty_table", "um off a surface"],
+    "06_lidar_only": [
+        *("ground", "extra_heavy_duty_table", "block", "cylinder", "bin"),
+        r"\A(.*; at most 1?\d\.\d um off a surface\n){5}\Z",
+    ],
     "07_two_robots": [
         r"^blue: 0\.0\d m from its goal, orange: 0\.0\d m from its goal, never nearer .* than 0\.\d\d m; no contact$"
     ],
@@ -62,7 +66,6 @@ EXPECTED = {
     "18_drive_in_irsim": [r"^0\.[23]\d m from the goal after 2\d\.\d s; 0 contacts$"],
     "19_drake_s_pid_behind_the_shield": [r"^0\.[12]\d m from the goal after 2\d\.\d s; \d+% of the time certified$"],
     "20_drive_a_turtlebot_in_pybullet": [r"0\.[23]\d m from the goal after [12]\d\.\d s; 0 contacts$"],
-    "lidar_only": ["ground", "extra_heavy_duty_table", "block", "cylinder", "bin", "um off a surface"],
 }
 """What each prints, as regular expressions: its outcome."""
 
@@ -98,7 +101,7 @@ def run(example: Path, folder: Path, *arguments: str | Path) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("example", NUMBERED, ids=lambda path: path.stem)
 def test_example_comes_out_as_it_should_and_draws_it(example: Path, tmp_path: Path) -> None:
     printed = run(example, tmp_path, "--png", "out/picture.png")
     assert "nan" not in printed.lower()
@@ -110,6 +113,7 @@ def test_example_comes_out_as_it_should_and_draws_it(example: Path, tmp_path: Pa
     assert (tmp_path / "out" / "picture.png").stat().st_size < LARGEST_PICTURE
 
 
+@pytest.mark.slow
 def test_without_being_asked_an_example_leaves_no_file(tmp_path: Path) -> None:
     run(FOLDER / "11_replay_a_scan_log.py", tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -118,7 +122,7 @@ def test_without_being_asked_an_example_leaves_no_file(tmp_path: Path) -> None:
 def test_the_table_names_each_example_and_shows_its_picture() -> None:
     page = ROOT / "docs" / "examples" / "index.md"
     table = page.read_text(encoding="utf-8")
-    numbered = [example.stem for example in EXAMPLES if example.stem[0].isdigit()]
+    numbered = [example.stem for example in NUMBERED]
     assert [stem[:2] for stem in numbered] == [f"{k:02d}" for k in range(1, len(numbered) + 1)]
     assert all(f"]({stem}.md)" in table and (page.parent / f"{stem}.md").exists() for stem in numbered)
     assert all(f"`{example.name}`" in table for example in EXAMPLES if example.stem not in numbered)
@@ -144,9 +148,7 @@ def test_example_imports_public_names_only(example: Path) -> None:
             assert {alias.name for alias in found.names} <= set(importlib.import_module(found.module).__all__)
 
 
-def test_the_lidar_example_knows_only_the_lidar_and_measures_true_points(tmp_path: Path) -> None:
+def test_the_lidar_example_knows_only_the_lidar() -> None:
     path = ROOT / "scripts" / "examples" / "lidar_only.py"
     (own,) = (node for node in imports(path) if node.module == "drake_starnav")
     assert {alias.name for alias in own.names} == {"LidarMount", "LidarParameters", "LidarSensor"}
-    off = [float(value) for value in re.findall(r"at most ([0-9.]+) um off a surface", run(path, tmp_path))]
-    assert len(off) == 5 and max(off) < 20.0

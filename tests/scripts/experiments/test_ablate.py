@@ -10,6 +10,7 @@ import pytest
 from drake_starnav.evaluation.trial_file import read_trials
 from scripts.experiments.ablate import ABLATIONS, main
 from scripts.experiments.replacements import run_replaced
+from tests.helpers.trials import run_trials_here
 
 
 @pytest.mark.parametrize("replaced", ABLATIONS.values(), ids=ABLATIONS)
@@ -27,7 +28,8 @@ def current(names: Iterable[str]) -> list[object]:
     return found
 
 
-def test_script_leaves_table_and_trials(tmp_path: Path, capsys) -> None:
+def test_script_leaves_table_and_trials(tmp_path: Path, monkeypatch, capsys) -> None:
+    run_trials_here(monkeypatch)
     scenario = tmp_path / "tiny.yaml"
     scenario.write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\n")
     arguments = [str(scenario), "--rows", "star_paper", "--trials", "2", "--jobs", "1", "--out", str(tmp_path / "out")]
