@@ -216,15 +216,15 @@ def footprint(corners: tuple) -> Footprint:
     return Footprint(parts, np.vstack(cover), narrow, radius)
 
 
-def measure_protrusion(shape: Footprint, points: np.ndarray, grown: float = 0.0) -> float:
-    """By how much all that is nearer than `grown` to the hull of points (n, 2) sticks out of a footprint, m.
+def measure_protrusion(shape: Footprint, points: np.ndarray, margin: float = 0.0) -> float:
+    """By how much all that is nearer than `margin` to the hull of points (n, 2) sticks out of a footprint, m.
 
     What spans a notch may stick out farthest between its corners: to 0.1 mm.
     """
     if shape.is_disc:
-        return max(float(np.hypot(*points.T).max()) + grown - shape.radius, 0.0)
+        return max(float(np.hypot(*points.T).max()) + margin - shape.radius, 0.0)
     body, hull = find_covered_area(shape, np.zeros(3)), shapely.MultiPoint(points).convex_hull
-    rest = shapely.difference(hull.buffer(grown, quad_segs=_ROUND), body)
+    rest = shapely.difference(hull.buffer(margin, quad_segs=_ROUND), body)
     if rest.is_empty:
         return 0.0
     lower_bound = float(shapely.distance(shapely.points(shapely.get_coordinates(rest)), body).max())

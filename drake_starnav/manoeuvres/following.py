@@ -27,12 +27,12 @@ def follow_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters
     dx, dy, cosine, sine = x - pose[0], y - pose[1], math.cos(pose[2]), math.sin(pose[2])
     ahead, aside = cosine * dx + sine * dy, cosine * dy - sine * dx
     speed = min(SLOW_SHARE * limits.max_speed, math.sqrt(2.0 * limits.max_deceleration * SLOW_STOP * radius))
-    left = math.hypot(ahead, aside if base.holonomic else 0.0)
-    for before, after in pairwise(poses[k:]):
-        if after[3] != gear:
+    distance_left = math.hypot(ahead, aside if base.holonomic else 0.0)
+    for previous_pose, next_pose in pairwise(poses[k:]):
+        if next_pose[3] != gear:
             break
-        left += math.dist(before[:2], after[:2])
-    speed = min(speed, compute_stopping_speed(left, limits.max_deceleration))
+        distance_left += math.dist(previous_pose[:2], next_pose[:2])
+    speed = min(speed, compute_stopping_speed(distance_left, limits.max_deceleration))
     twist = base.twist_towards(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed, limits)
     direction = np.array((dx, dy)) if base.holonomic else math.copysign(1.0, twist[0]) * np.array((cosine, sine))
     return base.saturate(twist, limits), direction / max(math.hypot(*direction), 1e-9)

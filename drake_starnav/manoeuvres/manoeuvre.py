@@ -30,23 +30,23 @@ from drake_starnav.utils.snapshot import replace_fields
 RANK_COST = 1.06
 """What a goal costs more than the one before it, beside the way by which it is nearer than the first; all lengths here
 are in radii of the disc around the robot."""
-LOOKS = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
+GOALS_ALONG_PATH = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
 """Goals along the path: how far ahead, and by how much the heading may be off the path's, rad."""
 EXTRA_MARGINS = (0.006, 0.019, 0.032, 0.045)
 """Added to the certificate's margin, since its scans differ; a wider one after each manoeuvre that it refused."""
-STUCK = 0.3
+STUCK_TIME = 0.3
 """A robot that has not moved for this long, or for twice the time that it takes from rest, is stuck, s."""
 MOVED, TURNED = 0.021, 0.05
 """It has moved if it did so by more than this, or turned by more than this, rad."""
-CIRCLED = 2.5 * math.pi
+CIRCLED_ANGLE = 2.5 * math.pi
 """A robot that turned one way by this, rad, and came no nearer to the end of its path is stuck, too: it circles."""
 SAME_PLACE = 1.27
 """Extent of a place: a manoeuvre ends where the robot may turn as it likes for this length of its path."""
-TRIES, REMEMBERED = 3, 8
-"""A place where TRIES of the REMEMBERED last manoeuvres began counts as failed."""
+TRIES, REMEMBERED_TRIES = 3, 8
+"""A place where TRIES of the REMEMBERED_TRIES last manoeuvres began counts as failed."""
 AT_POSE, AT_HEADING = 0.021, 0.02
 """A pose of a manoeuvre is reached this near to it, along the motion, or in heading, rad."""
-DOCKED = 0.04
+DOCKED_HEADING = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
 DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))])
 """Offsets of places that serve as well as a goal, along x and y of W, in shares of its tolerance."""
@@ -70,23 +70,28 @@ def plan_with_manoeuvres(state: PlannerState, inputs: PlannerInput) -> PlannerSt
 
 
 def step_manoeuvre(
-    before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
+    previous_state: ManoeuvreState,
+    path: np.ndarray,
+    pose: np.ndarray,
+    time: float,
+    context: ManoeuvreContext,
+    patience: float,
 ) -> ManoeuvreState:
     """Return the manoeuvre after a scan, without the poses that the robot has reached; a new one if it is stuck.
 
     Args:
-        before: those after the scan before.
+        previous_state: those after the scan before.
         path: shape (k, 2), way points ahead, W, m; none: the robot may stand.
         pose: (x, y, yaw) of the robot, W.
         time: of the scan, s.
         context: of the robot.
         patience: a manoeuvre is given up if no pose of it is reached for this long, s.
     """
-    state, radius = before._replace(gives_up=False), context.footprint.radius
-    if before.gives_up:
+    state, radius = previous_state._replace(gives_up=False), context.footprint.radius
+    if previous_state.gives_up:
         state = state._replace(attempts=EMPTY_PATH)
     state = update_winding(state, path, pose, radius)
-    if not len(path) or has_moved(before, pose, radius):
+    if not len(path) or has_moved(previous_state, pose, radius):
         state = state._replace(pose=pose.copy(), still_since=time)
     if len(state.poses):
         if not len(path) or is_roomy(pose, path, context):
@@ -96,7 +101,7 @@ def step_manoeuvre(
         if next_state is not state or (time - state.since < patience and not is_still):
             return next_state
         state = state._replace(poses=NO_POSES)
-    if time - state.still_since < find_stuck_time(context) and abs(state.winding) < CIRCLED:
+    if time - state.still_since < find_stuck_time(context) and abs(state.winding) < CIRCLED_ANGLE:
         return state
     state = state._replace(winding=0.0)
     tries = len(find_attempts_near(state, pose, SAME_PLACE * radius))
@@ -107,28 +112,35 @@ def step_manoeuvre(
 
 
 def step_docking(
-    before: ManoeuvreState, dock: np.ndarray, pose: np.ndarray, time: float, context: ManoeuvreContext, patience: float
+    previous_state: ManoeuvreState,
+    dock: np.ndarray,
+    pose: np.ndarray,
+    time: float,
+    context: ManoeuvreContext,
+    patience: float,
 ) -> ManoeuvreState:
     """Return the manoeuvre after a scan of a robot that is to have a heading at its goal.
 
     After each attempt it waits longer. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the goal, W, and its
     tolerance, m: a robot that turns on the spot gets to the very place.
     """
-    state, radius, turns = before._replace(gives_up=False), context.footprint.radius, context.base.turns_on_the_spot
-    if has_moved(before, pose, radius):
-        state = state._replace(pose=pose.copy(), still_since=time if turns else state.still_since)
+    state = previous_state._replace(gives_up=False)
+    radius = context.footprint.radius
+    turns_on_the_spot = context.base.turns_on_the_spot
+    if has_moved(previous_state, pose, radius):
+        state = state._replace(pose=pose.copy(), still_since=time if turns_on_the_spot else state.still_since)
     if len(state.poses):
         next_state = drop_reached_poses(state, pose, time, context)
         if next_state is not state or time - state.since < patience:
             return next_state
         return end_manoeuvre(state, time)
     attempts = find_attempts_near(state, pose, REACH * radius)
-    is_docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED
-    is_docked = is_docked and not (turns and math.dist(dock[:2], pose[:2]) >= dock[3])
+    is_docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED_HEADING
+    is_docked = is_docked and not (turns_on_the_spot and math.dist(dock[:2], pose[:2]) >= dock[3])
     if is_docked or time - state.still_since < find_stuck_time(context) * (1 + len(attempts)):
         return state
-    goals = np.array([(*dock[:3], 0.0 if turns else AT_HEADING, 0.0)])
-    if turns:  # or beside it, where the walls leave more room
+    goals = np.array([(*dock[:3], 0.0 if turns_on_the_spot else AT_HEADING, 0.0)])
+    if turns_on_the_spot:  # or beside it, where the walls leave more room
         goals = np.vstack((goals, goals + DOCKS * dock[3]))
     poses = _search_manoeuvre(pose, goals, context, len(attempts))
     return begin_manoeuvre(state, poses, attempts, pose, time)
@@ -138,17 +150,17 @@ def drop_reached_poses(
     state: ManoeuvreState, pose: np.ndarray, time: float, context: ManoeuvreContext
 ) -> ManoeuvreState:
     """Return the state without the poses that are reached; the same state if none is."""
-    passed = count_reached(pose, state.poses, context.base, context.footprint.radius)
-    if passed == len(state.poses):
+    passed_count = count_reached(pose, state.poses, context.base, context.footprint.radius)
+    if passed_count == len(state.poses):
         return end_manoeuvre(state, time)
-    return state._replace(poses=state.poses[passed:], since=time) if passed else state
+    return state._replace(poses=state.poses[passed_count:], since=time) if passed_count else state
 
 
 def begin_manoeuvre(
     state: ManoeuvreState, poses: np.ndarray, attempts: np.ndarray, pose: np.ndarray, time: float
 ) -> ManoeuvreState:
     """Return the state with poses (k, 4) that are driven from now on, and one more attempt, at the robot's pose."""
-    attempts = np.vstack((attempts[1 - REMEMBERED :], pose[:2]))
+    attempts = np.vstack((attempts[1 - REMEMBERED_TRIES :], pose[:2]))
     return state._replace(poses=poses, since=time, still_since=time, attempts=attempts)
 
 
@@ -166,79 +178,88 @@ def find_stuck_time(context: ManoeuvreContext) -> float:
     """Return how long a robot stands before it counts as stuck, s."""
     limits = context.limits
     start_time = compute_time_from_rest(MOVED * context.footprint.radius, limits.max_speed, limits.max_acceleration)
-    return max(STUCK, 2.0 * start_time)
+    return max(STUCK_TIME, 2.0 * start_time)
 
 
-def has_moved(before: ManoeuvreState, pose: np.ndarray, unit: float) -> bool:
+def has_moved(previous_state: ManoeuvreState, pose: np.ndarray, robot_radius: float) -> bool:
     """Return whether a robot of a radius has moved or turned since it last did, to be at a pose."""
-    x, y, yaw = before.pose.tolist()
-    if not math.dist(pose[:2], (x, y)) < MOVED * unit:
+    x, y, yaw = previous_state.pose.tolist()
+    if not math.dist(pose[:2], (x, y)) < MOVED * robot_radius:
         return True
     return abs(math.remainder(pose[2] - yaw, 2.0 * math.pi)) > TURNED
 
 
-def update_winding(before: ManoeuvreState, path: np.ndarray, pose: np.ndarray, unit: float) -> ManoeuvreState:
+def update_winding(
+    previous_state: ManoeuvreState, path: np.ndarray, pose: np.ndarray, robot_radius: float
+) -> ManoeuvreState:
     """Return the state with the least that was left of the path (k, 2), and how far the robot has turned since."""
     if not len(path):
-        return before._replace(least_left=math.inf, winding=0.0)
-    left, end = float(measure_arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
-    if left < before.least_left - MOVED * unit or not math.dist(path[-1], before.end[:2]) < SAME_PLACE * unit:
-        return before._replace(least_left=left, winding=0.0, end=end)
-    return before._replace(winding=before.winding + math.remainder(pose[2] - before.end[2], 2.0 * math.pi), end=end)
+        return previous_state._replace(least_left=math.inf, winding=0.0)
+    length_left, end = float(measure_arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
+    if (
+        length_left < previous_state.least_left - MOVED * robot_radius
+        or not math.dist(path[-1], previous_state.end[:2]) < SAME_PLACE * robot_radius
+    ):
+        return previous_state._replace(least_left=length_left, winding=0.0, end=end)
+    return previous_state._replace(
+        winding=previous_state.winding + math.remainder(pose[2] - previous_state.end[2], 2.0 * math.pi), end=end
+    )
 
 
 def is_roomy(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -> bool:
     """Return whether the robot may turn freely on the path (k, 2) ahead of a pose, so that it needs no manoeuvre."""
     if not context.base.turns_on_the_spot:
         return False
-    way, needed = np.vstack((pose[:2], path)), context.footprint.radius + context.margin
-    ahead = resample_polyline(way, 0.5 * SAME_PLACE * context.footprint.radius)[:3]
+    way, needed_distance = np.vstack((pose[:2], path)), context.footprint.radius + context.margin
+    places_ahead = resample_polyline(way, 0.5 * SAME_PLACE * context.footprint.radius)[:3]
     hits = context.surroundings.certified_star.boundary.points
-    return all((measure_segment_distance(hits, a, b) > needed).all() for a, b in pairwise(ahead))
+    return all((measure_segment_distance(hits, a, b) > needed_distance).all() for a, b in pairwise(places_ahead))
 
 
 def count_reached(pose: np.ndarray, poses: np.ndarray, base: Base, radius: float) -> int:
     """Return how many of the poses (k, 4) of a manoeuvre a robot of a radius (m) at a pose (x, y, yaw) has reached."""
-    count, near = 0, AT_POSE * radius
+    count, tolerance = 0, AT_POSE * radius
     for x, y, yaw, gear in poses.tolist():
         dx, dy = x - pose[0], y - pose[1]
         if gear == 0.0:
-            there = abs(math.remainder(yaw - pose[2], 2.0 * math.pi)) < AT_HEADING
+            is_reached = abs(math.remainder(yaw - pose[2], 2.0 * math.pi)) < AT_HEADING
         elif base.holonomic:
-            there = math.hypot(dx, dy) < 2.0 * near
+            is_reached = math.hypot(dx, dy) < 2.0 * tolerance
         else:
-            there = gear * (math.cos(pose[2]) * dx + math.sin(pose[2]) * dy) < near
-        if not there:
+            is_reached = gear * (math.cos(pose[2]) * dx + math.sin(pose[2]) * dy) < tolerance
+        if not is_reached:
             break
         count += 1
     return count
 
 
-def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
+def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext, tried_count: int) -> np.ndarray:
     """Return poses (k, 4) of a manoeuvre, as of `ManoeuvreState`; none if no way is found.
 
     Args:
         pose: (x, y, yaw) of the robot, W.
         path: shape (k, 2), way points ahead, W, m.
         context: of the robot.
-        tried: how many manoeuvres failed here; others are tried then.
+        tried_count: how many manoeuvres failed here; others are tried then.
     """
     goals, unit = _list_goals(pose, path, context), context.footprint.radius
-    away = np.hypot(*(goals[:, :2] - pose[:2]).T)
-    turned = np.array([wrap_angle(turn) for turn in goals[:, 2] - pose[2]])
-    first = tried % len(goals)
-    costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(away[first] - away, 0.0)
-    ahead = (away >= NEAR_GOAL * unit) | (np.abs(turned) >= goals[:, 3])
-    return _search_manoeuvre(pose, np.column_stack((goals, costs))[ahead], context, tried)
+    goal_distances = np.hypot(*(goals[:, :2] - pose[:2]).T)
+    goal_turns = np.array([wrap_angle(turn) for turn in goals[:, 2] - pose[2]])
+    first = tried_count % len(goals)
+    costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(
+        goal_distances[first] - goal_distances, 0.0
+    )
+    is_ahead = (goal_distances >= NEAR_GOAL * unit) | (np.abs(goal_turns) >= goals[:, 3])
+    return _search_manoeuvre(pose, np.column_stack((goals, costs))[is_ahead], context, tried_count)
 
 
-def _search_manoeuvre(pose: np.ndarray, wanted: np.ndarray, context: ManoeuvreContext, tried: int) -> np.ndarray:
+def _search_manoeuvre(pose: np.ndarray, goals: np.ndarray, context: ManoeuvreContext, tried_count: int) -> np.ndarray:
     """Return the poses of a way to some goals, with a margin that grows with the attempts that failed here."""
     unit = context.footprint.radius
     surfaces = _near_surfaces(context.surroundings.view.chords, pose[:2], unit)
-    margin = context.margin + EXTRA_MARGINS[tried % len(EXTRA_MARGINS)] * unit
+    margin = context.margin + EXTRA_MARGINS[tried_count % len(EXTRA_MARGINS)] * unit
     return search_poses(
-        pose, wanted, context.motion_primitives, context.footprint, margin, (surfaces, context.surroundings.other_views)
+        pose, goals, context.motion_primitives, context.footprint, margin, (surfaces, context.surroundings.other_views)
     )
 
 
@@ -246,21 +267,30 @@ def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -
     """Return goals, the best first, shape (n, 4): x, y, yaw, and the largest error of the heading, m and rad."""
     goals = []
     line = np.vstack((pose[:2], path))
-    along, unit = measure_arc_lengths(line), context.footprint.radius
-    for look, aligned in dict.fromkeys((min(look * unit, float(along[-1])), aligned) for look, aligned in LOOKS):
-        x, y = (float(np.interp(look, along, coordinate)) for coordinate in line.T)
-        leg = min(max(int(np.searchsorted(along, look)), 1), len(line) - 1)
+    arc_lengths, unit = measure_arc_lengths(line), context.footprint.radius
+    for look, heading_tolerance in dict.fromkeys(
+        (min(look * unit, float(arc_lengths[-1])), heading_tolerance) for look, heading_tolerance in GOALS_ALONG_PATH
+    ):
+        x, y = (float(np.interp(look, arc_lengths, coordinate)) for coordinate in line.T)
+        leg = min(max(int(np.searchsorted(arc_lengths, look)), 1), len(line) - 1)
         dx, dy = line[leg] - line[leg - 1]
-        goals.append((x, y, math.atan2(dy, dx), aligned))
+        goals.append((x, y, math.atan2(dy, dx), heading_tolerance))
     return np.array(goals)
 
 
 def _near_surfaces(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
     """Return what is within the search's reach, thinned out to the nearest ones."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
-    away = np.hypot(*(middle - place).T)
-    near = np.argsort(away, kind="stable")[: int((away < (REACH + 1.0) * unit).sum())]
-    cells = np.floor(middle[near] / (SPACING * CELL * unit)).astype(np.int64)
+    surface_distances = np.hypot(*(middle - place).T)
+    near_surfaces = np.argsort(surface_distances, kind="stable")[
+        : int((surface_distances < (REACH + 1.0) * unit).sum())
+    ]
+    cells = np.floor(middle[near_surfaces] / (SPACING * CELL * unit)).astype(np.int64)
     _, first = np.unique(cells @ (1 << 32, 1), return_index=True)  # of the places in a cell
-    kept = near[np.sort(first)]
-    return Chords(surfaces.ends[kept], surfaces.is_surface[kept], surfaces.occludes[kept], surfaces.center)
+    kept_surfaces = near_surfaces[np.sort(first)]
+    return Chords(
+        surfaces.ends[kept_surfaces],
+        surfaces.is_surface[kept_surfaces],
+        surfaces.occludes[kept_surfaces],
+        surfaces.center,
+    )

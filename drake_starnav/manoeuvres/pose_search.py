@@ -33,17 +33,17 @@ GEAR_COST = 3.75
 """Cost of a change between forwards and backwards, in cells."""
 SPACING = 0.5
 """No point of the footprint moves farther between two poses that are checked, in cells."""
-AROUND = 45
+CELLS_AROUND = 45
 """Cells from the start within which the search stays."""
-REACH = AROUND * CELL
+REACH = CELLS_AROUND * CELL
 """That is this distance, in radii."""
-SIDE = 2 * AROUND + 1
+SIDE = 2 * CELLS_AROUND + 1
 """Cells along a side of what is searched."""
-IN_REACH = np.hypot(*(np.indices((SIDE, SIDE)) - AROUND)) < AROUND
+IN_REACH = np.hypot(*(np.indices((SIDE, SIDE)) - CELLS_AROUND)) < CELLS_AROUND
 """Cells that are searched."""
 EXACT, MOST_CHECKS = 8, 200000
 """A move that its cells do not decide counts as this many checks; a search that has made this many gives up."""
-GREED = 1.2
+HEURISTIC_WEIGHT = 1.2
 """Weight of the cost to go."""
 NEAR_GOAL = 0.255
 """A pose this near to the goal's place is there, in radii."""
@@ -114,21 +114,21 @@ def search_poses(
     """
     space = _make_space(start, footprint, margin, *seen)
     primitives = _make_primitives(motion_primitives)
-    here, way_in = np.array(((*start, 0.0, 0.0),)), np.zeros((0, 4))
+    start_row, way_in = np.array(((*start, 0.0, 0.0),)), np.zeros((0, 4))
     if not goals[:, 3].any():
-        way_out = _find_way(goals, here, primitives, space, leaves=True)
+        way_out = _find_way(goals, start_row, primitives, space, is_leaving=True)
         if not len(way_out):
             return way_out
         way_in = np.column_stack((way_out[-2::-1, :3], -way_out[:0:-1, 3]))
         goals = np.array(((*way_out[-1, :3], 0.0, 0.0),))
-    way = _find_way(here, goals, primitives, space, leaves=False)
+    way = _find_way(start_row, goals, primitives, space, is_leaving=False)
     return np.vstack((way[1:], way_in)) if len(way) else way
 
 
 def _make_space(start: np.ndarray, footprint: Footprint, margin: float, surfaces: Chords, views: ViewArrays) -> Space:
     """Return where a footprint may move around a start; arguments as of `search_poses`."""
     cell = CELL * footprint.radius
-    grid = (float(start[0]) - AROUND * cell, float(start[1]) - AROUND * cell, cell)
+    grid = (float(start[0]) - CELLS_AROUND * cell, float(start[1]) - CELLS_AROUND * cell, cell)
     cover, hides_nothing = footprint.cover, np.zeros(np.count_nonzero(surfaces.is_surface), np.bool_)
     inner_radii = _measure_inner_radii(footprint, np.vstack((cover, np.zeros(2))))
     discs = np.column_stack((cover, np.full(len(cover), footprint.cover_radius), inner_radii[:-1]))
@@ -158,11 +158,11 @@ def _make_primitives(motion_primitives: np.ndarray) -> Primitives:
 
 
 def _find_way(
-    starts: np.ndarray, goals: np.ndarray, primitives: Primitives, space: Space, *, leaves: bool
+    starts: np.ndarray, goals: np.ndarray, primitives: Primitives, space: Space, *, is_leaving: bool
 ) -> np.ndarray:
     """Return the poses (k, 4) of the cheapest way from some starts to some goals; arguments as of `_expand_poses`."""
     cost_to_go = _compute_costs_to_go(space, goals)
-    nodes, parents, last = _expand_poses(starts, goals, primitives, cost_to_go, space, leaves)
+    nodes, parents, last = _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving)
     poses = []
     while last >= 0:
         poses.append(nodes[last])
@@ -197,10 +197,10 @@ def _compute_costs_to_go(space, goals):
             continue
         for a in range(max(i - 1, 0), min(i + 2, SIDE)):
             for b in range(max(j - 1, 0), min(j + 2, SIDE)):
-                there = cost + grid[2] * math.hypot(a - i, b - j)
-                if there < out[a, b] and space.clear[a, b] > radius:
-                    out[a, b] = there
-                    heapq.heappush(queue, (there, a, b))
+                next_cost = cost + grid[2] * math.hypot(a - i, b - j)
+                if next_cost < out[a, b] and space.clear[a, b] > radius:
+                    out[a, b] = next_cost
+                    heapq.heappush(queue, (next_cost, a, b))
     return out
 
 
@@ -213,10 +213,10 @@ def _apply_move(x, y, yaw, dx, dy, turn):
 
 
 @kernel
-def _check_move(x, y, yaw, move, space, begins):
+def _check_move(x, y, yaw, move, space, is_first):
     """Return whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose; and the checks made.
 
-    A move that `begins` at the start keeps within what was seen, too.
+    A move that `is_first` at the start keeps within what was seen, too.
     """
     margin, discs, cell = space.margin, space.discs, space.grid[2]
     count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / (SPACING * cell))) + 1
@@ -234,30 +234,32 @@ def _check_move(x, y, yaw, move, space, begins):
             if clear < discs[m, 3] - OFF_CENTRE * cell:
                 return False, 1
             roomy = roomy and clear > discs[m, 2] + margin + (OFF_CENTRE + SPACING) * cell
-    if roomy and not begins:
+    if roomy and not is_first:
         return True, 1
     surfaces = space.surfaces
-    if not begins:
+    if not is_first:
         surfaces = Chords(space.bare.ends, space.bare.is_surface, space.bare.occludes, poses[0, :2])
     return is_collision_free(poses, surfaces, space.views, space.body, ClearanceLimits(margin, np.inf)), EXACT
 
 
 @kernel
-def _shoot_straight(pose, goal, space, begins):
+def _shoot_straight(pose, goal, space, is_first):
     """Return gear and heading of a straight way to the goal between two turns on the spot; and the number of checks.
 
     The gear is 0 if there is no such way.
     """
     x, y, yaw = pose[0], pose[1], pose[2]
-    checks, away = 0, math.hypot(goal[0] - x, goal[1] - y)
+    checks, goal_distance = 0, math.hypot(goal[0] - x, goal[1] - y)
     for gear in (1.0, -1.0):
-        heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if away > 1e-6 else yaw
+        heading = math.atan2(gear * (goal[1] - y), gear * (goal[0] - x)) if goal_distance > 1e-6 else yaw
         first = yaw + wrap_angle(heading - yaw)
         last = wrap_angle(goal[2] - heading)
-        free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, begins)
+        free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, first - yaw)), space, is_first)
         checks += more
         if free:
-            free, more = _check_move(x, y, first, np.array((gear * away, 0.0, 0.0)), space, begins and first == yaw)
+            free, more = _check_move(
+                x, y, first, np.array((gear * goal_distance, 0.0, 0.0)), space, is_first and first == yaw
+            )
             checks += more
         if free:
             free, more = _check_move(goal[0], goal[1], first, np.array((0.0, 0.0, last)), space, False)
@@ -286,73 +288,73 @@ def _add_shot(nodes, parents, count, n, goal, heading, gear):
 
 
 @kernel
-def _expand_poses(starts, goals, primitives, cost_to_go, space, leaves):
+def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
     """Return the poses that were reached, the predecessor of each, and the last one of the way; -1 without a way.
 
     `starts` (m, 5) are as goals, with what it costs to begin there; `cost_to_go` is that of each cell, m. A pose at a
     goal is queued once more, with what it costs to end there: it is the way's last one if it comes first then.
 
-    A way that `leaves` a goal, to be driven backwards, ends where the robot may turn freely, too.
+    A way that `is_leaving` a goal, to be driven backwards, ends where the robot may turn freely, too.
     """
     usual, first_primitives, cell = primitives.usual, primitives.first, space.grid[2]
-    shoots = (usual[:, 4] == 0.0).any()
+    can_shoot = (usual[:, 4] == 0.0).any()
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
     room = MOST_CHECKS + len(starts) + len(usual) + len(first_primitives) + 3
     nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
-    queue, count, expanded, checks = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
+    queue, count, expanded_count, checks = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
     heapq.heapify(queue)
     for n in range(count):
         put(nodes, n, (starts[n, 0], starts[n, 1], starts[n, 2], 0.0))
         costs[n] = starts[n, 4]
     while len(queue) > 0 and checks < MOST_CHECKS:
-        expanded += 1
-        _, n, ends = heapq.heappop(queue)
-        if ends:
+        expanded_count += 1
+        _, n, is_ending = heapq.heappop(queue)
+        if is_ending:
             return nodes[:count], parents[:count], n
         x, y, yaw, gear = nodes[n]
         for k in range(len(goals)):
             goal = goals[k]
-            away, ending = math.hypot(goal[0] - x, goal[1] - y), costs[n] + GREED * goal[4]
-            if away < NEAR_GOAL * space.body.radius and abs(wrap_angle(yaw - goal[2])) < goal[3]:
-                heapq.heappush(queue, (ending, n, True))
+            goal_distance, ending_cost = math.hypot(goal[0] - x, goal[1] - y), costs[n] + HEURISTIC_WEIGHT * goal[4]
+            if goal_distance < NEAR_GOAL * space.body.radius and abs(wrap_angle(yaw - goal[2])) < goal[3]:
+                heapq.heappush(queue, (ending_cost, n, True))
             elif (
-                shoots
-                and k == expanded // SHOOT_EVERY % len(goals)
-                and (away < SHOOT_NEAR * cell or expanded % SHOOT_EVERY == 0)
+                can_shoot
+                and k == expanded_count // SHOOT_EVERY % len(goals)
+                and (goal_distance < SHOOT_NEAR * cell or expanded_count % SHOOT_EVERY == 0)
             ):
-                first, last = (goal, nodes[n]) if leaves else (nodes[n], goal)
-                shot, heading, more = _shoot_straight(first, last, space, leaves or n < len(starts))
+                first, last = (goal, nodes[n]) if is_leaving else (nodes[n], goal)
+                shot, heading, more = _shoot_straight(first, last, space, is_leaving or n < len(starts))
                 checks += more
                 if shot != 0.0:
-                    _add_shot(nodes, parents, count, n, goal, heading, -shot if leaves else shot)
-                    heapq.heappush(queue, (ending + GREED * away, count + 2, True))
+                    _add_shot(nodes, parents, count, n, goal, heading, -shot if is_leaving else shot)
+                    heapq.heappush(queue, (ending_cost + HEURISTIC_WEIGHT * goal_distance, count + 2, True))
                     count += 3
-        if leaves and shoots:
+        if is_leaving and can_shoot:
             free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, 2.0 * math.pi)), space, False)
             checks += more
             if free:
                 return nodes[:count], parents[:count], n
         for m in range(len(usual) + (len(first_primitives) if n < len(starts) else 0)):
             move = usual[m] if m < len(usual) else first_primitives[m - len(usual)]
-            px, py, turned = _apply_move(x, y, yaw, move[0], move[1], move[2])
+            px, py, next_yaw = _apply_move(x, y, yaw, move[0], move[1], move[2])
             i, j = _find_cell(px, py, space.grid)
             if i < 0 or j < 0 or i >= SIDE or j >= SIDE or cost_to_go[i, j] == np.inf:
                 continue
-            h = int(round(turned / (2.0 * math.pi) * HEADINGS)) % HEADINGS
+            h = int(round(next_yaw / (2.0 * math.pi) * HEADINGS)) % HEADINGS
             cost = costs[n] + move[3] + (GEAR_COST * cell if gear * move[4] < 0.0 else 0.0)
             if n >= len(starts) and best[i, j, h] <= cost:
                 continue
-            if leaves:
-                free, more = _check_move(px, py, turned, -move, space, False)
+            if is_leaving:
+                free, more = _check_move(px, py, next_yaw, -move, space, False)
             else:
                 free, more = _check_move(x, y, yaw, move, space, n < len(starts))
             checks += more
             if not free:
                 continue
             best[i, j, h] = min(best[i, j, h], cost)
-            put(nodes, count, (px, py, turned, move[4]))
+            put(nodes, count, (px, py, next_yaw, move[4]))
             parents[count], costs[count] = n, cost
-            left = max(cost_to_go[i, j], _compute_turn_to_go(turned, goals, primitives.turn_cost))
-            heapq.heappush(queue, (cost + GREED * left, count, False))
+            cost_left = max(cost_to_go[i, j], _compute_turn_to_go(next_yaw, goals, primitives.turn_cost))
+            heapq.heappush(queue, (cost + HEURISTIC_WEIGHT * cost_left, count, False))
             count += 1
     return nodes[:count], parents[:count], -1

@@ -140,7 +140,7 @@ class Navigation:
             StarnavError: there is none of that name here.
         """
         ports = self.signals | {"twist_command": self.twist_command, "certificate": self.certificate}
-        ports = {known: port for known, port in ports.items() if port is not None}
+        ports = {port_name: port for port_name, port in ports.items() if port is not None}
         if name not in ports:
             raise unknown_name(f"signal {shown(name)}", name, ports)
         return ports[name].Eval(ports[name].get_system().GetMyContextFromRoot(root))

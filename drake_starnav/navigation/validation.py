@@ -72,11 +72,11 @@ def check_interface(scenario: Scenario, station: Robot) -> None:
         _check_body(scenario.robot, station.robot_interface)
 
 
-def _check_body(declared: RobotParameters, robot: RobotInterface) -> None:
-    by, link = robot.sticking_out(declared)
+def _check_body(declared_robot: RobotParameters, robot: RobotInterface) -> None:
+    by, link = robot.sticking_out(declared_robot)
     if by > TOLERANCE:
         raise StarnavError(
-            f"link {link} of the station's robot sticks out of {declared.said_of_shape} by {1e3 * by:.0f} mm; "
+            f"link {link} of the station's robot sticks out of {declared_robot.said_of_shape} by {1e3 * by:.0f} mm; "
             f"allowed: {HOLDS_ALL}"
         )
 
@@ -249,11 +249,11 @@ def _check_steering(car: RobotParameters) -> None:
         )
 
 
-def _check_range(scenario: Scenario, lidar: LidarParameters, needed: float) -> None:
-    """The lidar must see obstacles that approach in time for the robot to stand, from `needed`, m."""
+def _check_range(scenario: Scenario, lidar: LidarParameters, needed_range: float) -> None:
+    """The lidar must see obstacles that approach in time for the robot to stand, from `needed_range`, m."""
     range_max, speed = lidar.range_max, scenario.obstacles.max_speed
-    if speed > 0.0 and range_max < needed:
+    if speed > 0.0 and range_max < needed_range:
         raise StarnavError(
             f"lidar.range_max is {range_max:g} m with obstacles that move at up to {speed:g} m/s; allowed: at least "
-            f"{needed:.3g} m, as that much of the way is left when one is seen until the robot stands"
+            f"{needed_range:.3g} m, as that much of the way is left when one is seen until the robot stands"
         )

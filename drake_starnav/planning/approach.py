@@ -6,9 +6,9 @@ import numpy as np
 
 from drake_starnav.planning.grid import HIT_ERROR, Grid
 
-INSIDE = 0.2
+INSIDE_TOLERANCE = 0.2
 """The place lies inside the goal's tolerance by this much, in radii of the robot."""
-SIGHT = 0.4
+LINE_CLEARANCE = 0.4
 """Clearance of the line from the place to the goal, in radii: no obstacle stands between them."""
 
 
@@ -38,21 +38,21 @@ def list_goal_candidates(
         radius: of the robot, m.
         margin: that it keeps beyond, m.
     """
-    needed, reach = radius + margin + HIT_ERROR * radius, tolerance - INSIDE * radius
-    alone = GoalCandidates(goal, goal[None, :])
-    if reach <= 0.0 or hits.distance(alone.places)[0] >= needed:
-        return alone
+    needed_distance, reach = radius + margin + HIT_ERROR * radius, tolerance - INSIDE_TOLERANCE * radius
+    goal_alone = GoalCandidates(goal, goal[None, :])
+    if reach <= 0.0 or hits.distance(goal_alone.places)[0] >= needed_distance:
+        return goal_alone
     steps = np.arange(0.0, reach + 1e-9, min(hits.resolution, reach))
     steps = np.concatenate((-steps[:0:-1], steps))
     offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    away = np.hypot(*offsets.T)
-    order = np.argsort(away, kind="stable")
-    places = goal + offsets[order[away[order] <= reach]]
+    goal_distances = np.hypot(*offsets.T)
+    order = np.argsort(goal_distances, kind="stable")
+    places = goal + offsets[order[goal_distances[order] <= reach]]
     line = goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - goal)
-    seen = (hits.distance(line.reshape(-1, 2)).reshape(line.shape[:2]) > SIGHT * radius).all(axis=0)
-    if not seen.any():
-        return alone
-    places = places[seen]
+    is_seen = (hits.distance(line.reshape(-1, 2)).reshape(line.shape[:2]) > LINE_CLEARANCE * radius).all(axis=0)
+    if not is_seen.any():
+        return goal_alone
+    places = places[is_seen]
     distance = hits.distance(places)
-    clear = np.flatnonzero(distance >= needed)
+    clear = np.flatnonzero(distance >= needed_distance)
     return GoalCandidates(places[clear[0] if len(clear) else np.argmax(distance)], places)

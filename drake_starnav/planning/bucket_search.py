@@ -4,7 +4,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf
 
-UNREACHED = 2**30
+UNREACHED_COST = 2**30
 """Costs are stored less this, so that 0, with which memory comes at no cost, means not reached."""
 BUCKETS = 2**13
 """Of a queue: no open cell exceeds the least by more, as a step costs at most 14 times 255, and h falls by less."""
@@ -16,8 +16,8 @@ NEIGHBOURHOOD = 150
 def search_buckets(weight, cost, goal, source):
     """Run Dial's bucket A* from the goal to the source, cells (i, j); Dijkstra's search without a source (-1, -1).
 
-    It fills `cost`, which begins as zeros, in hundredths of a cell less UNREACHED. It stops once every open cell's f =
-    cost + estimate exceeds the cost from the source, or if that is blocked from the cells about it, by more than
+    It fills `cost`, which begins as zeros, in hundredths of a cell less UNREACHED_COST. It stops once every open cell's
+    f = cost + estimate exceeds the cost from the source, or if that is blocked from the cells about it, by more than
     NEIGHBOURHOOD.
 
     Args:
@@ -28,16 +28,16 @@ def search_buckets(weight, cost, goal, source):
     ny = weight.shape[1]
     (gi, gj), (si, sj) = goal, source
     w, costs = weight.ravel(), cost.ravel()
-    best = UNREACHED
-    around = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
+    best = UNREACHED_COST
+    is_outside = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
     head = np.full(BUCKETS, -1, np.int32)
-    entries = np.empty((BUCKETS, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED, next
+    entries = np.empty((BUCKETS, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED_COST, next
     rows, columns = np.array([1, 1, 0, -1, -1, -1, 0, 1]), np.array([0, 1, 1, 1, 0, -1, -1, -1])  # by bearing
     start = gi * ny + gj
-    costs[start] = -UNREACHED
+    costs[start] = -UNREACHED_COST
     bucket = estimate_cost(gi, gj, si, sj) & (BUCKETS - 1)
     for k in range(2):  # as if reached in two opposite directions, from where its neighbours are all those of either
-        entries[k, 0], entries[k, 1], entries[k, 2] = 8 * start + 4 * k, -UNREACHED, k - 1
+        entries[k, 0], entries[k, 1], entries[k, 2] = 8 * start + 4 * k, -UNREACHED_COST, k - 1
     head[bucket] = 1
     used, spare, waiting = 2, -1, 2
     while waiting > 0:
@@ -50,27 +50,31 @@ def search_buckets(weight, cost, goal, source):
             while head[bucket] < 0:
                 bucket = (bucket + 1) & (BUCKETS - 1)
             e = head[bucket]
-            c, came, reached = np.int64(entries[e, 0]) // 8, entries[e, 0] & 7, entries[e, 1]
+            c, incoming_direction, entry_cost = np.int64(entries[e, 0]) // 8, entries[e, 0] & 7, entries[e, 1]
             head[bucket], entries[e, 2], spare = entries[e, 2], spare, e
             waiting -= 1
-            if reached > costs[c]:
+            if entry_cost > costs[c]:
                 continue
             i = c // ny
             j = c - i * ny
-            f = reached + UNREACHED + estimate_cost(i, j, si, sj)
-            if si >= 0 and abs(i - si) <= around and abs(j - sj) <= around:
+            f = entry_cost + UNREACHED_COST + estimate_cost(i, j, si, sj)
+            if si >= 0 and abs(i - si) <= is_outside and abs(j - sj) <= is_outside:
                 best = min(best, f)
             if f > best + NEIGHBOURHOOD:
                 return
-            for turn in range(came + 6, came + 11):  # from the cell before, the others are reached at less cost
+            for turn in range(
+                incoming_direction + 6, incoming_direction + 11
+            ):  # from the cell before, the others are reached at less cost
                 k = turn & 7
                 n = c + rows[k] * ny + columns[k]
                 if w[n] == 0:
                     continue
-                candidate = reached + w[n] * (14 if k & 1 else 10)
+                candidate = entry_cost + w[n] * (14 if k & 1 else 10)
                 if candidate < costs[n]:
                     costs[n] = candidate
-                    b = (candidate + UNREACHED + estimate_cost(i + rows[k], j + columns[k], si, sj)) & (BUCKETS - 1)
+                    b = (candidate + UNREACHED_COST + estimate_cost(i + rows[k], j + columns[k], si, sj)) & (
+                        BUCKETS - 1
+                    )
                     if spare < 0:
                         e, used = used, used + 1
                     else:

@@ -11,7 +11,7 @@ from drake_starnav.geometry.polyline import around
 from drake_starnav.surroundings.star_region import StarRegion, clear_region
 from drake_starnav.utils.snapshot import snapshot
 
-CLOSED = 0.8
+CLOSURE_RADIUS = 0.8
 """Radius of a closure where a way failed, in radii of the robot."""
 SPACING = 0.2
 """Between the places of a wall, in radii of the robot: it does not fit between two of them."""
@@ -22,7 +22,8 @@ class Closures:
     """Places that are closed to the robot. Immutable.
 
     Attributes:
-        failed: shape (k, 2), where ways failed, W, m: within CLOSED of one, nothing is free, until all are tried again.
+        failed: shape (k, 2), where ways failed, W, m: nothing is free within
+            CLOSURE_RADIUS of one, until all are tried again.
         keep_out_points: by their cause, places of shape (k, 2), W, m, which stay closed: the robot keeps off them as
             off hits.
     """
@@ -38,8 +39,10 @@ class Closures:
     def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "Closures":
         """Add the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
         places = around(polygon, distance, SPACING * robot_radius)
-        before = self.keep_out_points.get(cause, places[:0])
-        return dataclasses.replace(self, keep_out_points={**self.keep_out_points, cause: np.vstack((before, places))})
+        known_points = self.keep_out_points.get(cause, places[:0])
+        return dataclasses.replace(
+            self, keep_out_points={**self.keep_out_points, cause: np.vstack((known_points, places))}
+        )
 
     def find_cause_near(self, places: np.ndarray, reach: float) -> str:
         """Return the cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
@@ -51,11 +54,13 @@ class Closures:
         """Return the part of a region that no closure covers; a robot that is on a wall already may leave."""
         if self.keep_out_points:
             room = region.radius + region.margin
-            away = np.hypot(*(self.all_keep_outs - region.center).T)
+            wall_distances = np.hypot(*(self.all_keep_outs - region.center).T)
             region = clear_region(
-                region, self.all_keep_outs[(away > region.radius) & (away < region.reach + room)], room
+                region,
+                self.all_keep_outs[(wall_distances > region.radius) & (wall_distances < region.reach + room)],
+                room,
             )
-        return clear_region(region, self.failed, CLOSED * region.radius)
+        return clear_region(region, self.failed, CLOSURE_RADIUS * region.radius)
 
 
 NOTHING_CLOSED = Closures()

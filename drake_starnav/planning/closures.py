@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.polyline import measure_arc_lengths, measure_segment_distance
-from drake_starnav.planning.closed_places import CLOSED
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import HIT_ERROR
 from drake_starnav.planning.impassable import find_narrowest_gap
 from drake_starnav.planning.map_revision import forget_contradicted
@@ -17,9 +17,9 @@ from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_s
 from drake_starnav.surroundings.star_region import clear_region
 from drake_starnav.utils.snapshot import replace_fields
 
-AHEAD = 3.2
+CLOSED_AHEAD = 3.2
 """A way that failed is closed at its narrowest place within this distance, in radii of the robot."""
-AWAY = 1.0
+LEAST_CLOSURE_DISTANCE = 1.0
 """A closure is no nearer to the robot than this, in its radii, so that the robot is not in it."""
 AVERAGED_SCANS = 16
 """What a way leads past is judged by the mean of this many scans, which nearly removes the bias of the nearest hit, and
@@ -28,7 +28,7 @@ by hits that more than half of them confirm."""
 
 def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """Return the state with a closure at the narrowest place of a way (k, 2) that failed, and without a path."""
-    places, size = _find_places_to_close(way, inputs), CLOSED * inputs.robot_radius
+    places, size = _find_places_to_close(way, inputs), CLOSURE_RADIUS * inputs.robot_radius
     regions = [
         clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
         for region in state.roadmap.regions
@@ -48,28 +48,30 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     whose probe is not seen is no longer closed. Keep-outs stay. Hits that the latest scans saw through are removed, and
     the regions are fitted again.
     """
-    failed, nodes = state.roadmap.closures.failed, state.roadmap.nodes
-    seen = forget_contradicted(nodes, state.recent_observations, inputs.robot_radius)
-    if seen is nodes and state.retrying and not len(failed):
+    failed_places, nodes = state.roadmap.closures.failed, state.roadmap.nodes
+    lasting_nodes = forget_contradicted(nodes, state.recent_observations, inputs.robot_radius)
+    if lasting_nodes is nodes and state.retrying and not len(failed_places):
         return state
     has_waited = state.progress.dead_end is not None
-    within = (np.hypot(*(failed - inputs.position).T) <= CLOSED * inputs.robot_radius) | has_waited
-    closures = replace_fields(state.roadmap.closures, failed=failed[~within] if within.any() else EMPTY_PATH)
-    roadmap = replace_fields(state.roadmap, closures=closures, nodes=seen)
-    if seen is not nodes:
-        grid = rebuild_grid(roadmap.grid, closures, seen, inputs.margins, inputs.robot_radius)
+    is_reopened = (np.hypot(*(failed_places - inputs.position).T) <= CLOSURE_RADIUS * inputs.robot_radius) | has_waited
+    closures = replace_fields(
+        state.roadmap.closures, failed=failed_places[~is_reopened] if is_reopened.any() else EMPTY_PATH
+    )
+    roadmap = replace_fields(state.roadmap, closures=closures, nodes=lasting_nodes)
+    if lasting_nodes is not nodes:
+        grid = rebuild_grid(roadmap.grid, closures, lasting_nodes, inputs.margins, inputs.robot_radius)
         roadmap = replace_fields(roadmap, grid=grid)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
-    state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or has_waited or not within.any())
+    state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or has_waited or not is_reopened.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else add_latest_node(state, inputs)
 
 
 def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with a node at the latest scan, and without a path."""
-    seen = inputs.observation
-    assert seen.region is not None
-    node = replace_fields(seen, region=state.roadmap.closures.open_part(seen.region))
+    observation = inputs.observation
+    assert observation.region is not None
+    node = replace_fields(observation, region=state.roadmap.closures.open_part(observation.region))
     return replace_fields(
         state,
         roadmap=add_node(state.roadmap, node, inputs.margins, inputs.robot_radius),
@@ -85,13 +87,13 @@ def find_blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
     def is_open(*causes: str) -> bool:
         closures = replace_fields(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
         grid = rebuild_grid(roadmap.grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
-        tried = replace_fields(state, roadmap=replace_fields(roadmap, grid=grid, closures=closures))
-        return len(build_cost_field(tried, inputs.goal, inputs).path(inputs.position)) > 0
+        tried_state = replace_fields(state, roadmap=replace_fields(roadmap, grid=grid, closures=closures))
+        return len(build_cost_field(tried_state, inputs.goal, inputs).path(inputs.position)) > 0
 
     if not walls or not is_open() or is_open(*walls):
         return ""
-    alone = [cause for cause in walls if not is_open(cause)]
-    return alone[0] if alone else " and ".join(walls)
+    blocking_causes = [cause for cause in walls if not is_open(cause)]
+    return blocking_causes[0] if blocking_causes else " and ".join(walls)
 
 
 def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
@@ -100,20 +102,22 @@ def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     Off the middle, too, where the axis of a robot that is no disc may pass.
     """
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
-    radius, away, size = inputs.robot_radius, AWAY * inputs.robot_radius, CLOSED * inputs.robot_radius
+    radius = inputs.robot_radius
+    least_distance = LEAST_CLOSURE_DISTANCE * inputs.robot_radius
+    size = CLOSURE_RADIUS * inputs.robot_radius
     line = np.vstack((position, way))
-    ahead = line[: 1 + max(int(np.searchsorted(measure_arc_lengths(line)[1:], AHEAD * radius)), 1)]
+    near_line = line[: 1 + max(int(np.searchsorted(measure_arc_lengths(line)[1:], CLOSED_AHEAD * radius)), 1)]
     hits = scan.points_at(smooth_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
-    gap = find_narrowest_gap(hits, ahead, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
+    gap = find_narrowest_gap(hits, near_line, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
     step = line[1] - position
-    places = (position + step * (away / max(float(np.hypot(*step)), 1e-9)))[None]
+    places = (position + step * (least_distance / max(float(np.hypot(*step)), 1e-9)))[None]
     if gap is None:
         return places
     width = math.dist(*gap)
-    off = max(0.5 * width - radius - 0.5 * size, 0.0) / width
-    shares = np.linspace(0.5 - off, 0.5 + off, 1 + math.ceil(2.0 * off * width / size))
+    widest_share = max(0.5 * width - radius - 0.5 * size, 0.0) / width
+    shares = np.linspace(0.5 - widest_share, 0.5 + widest_share, 1 + math.ceil(2.0 * widest_share * width / size))
     across = gap[0] + shares[:, None] * (gap[1] - gap[0])
-    clear = np.hypot(*(across - position).T) >= away
+    clear = np.hypot(*(across - position).T) >= least_distance
     return across if clear.all() else np.vstack((across[clear], places))
 
 
@@ -137,9 +141,9 @@ def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndar
     margin allows for the error of one scan; of that, a mean has only the share that is left out here.
     """
     hits = _find_confirmed_hits(state, inputs)
-    ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
-    needed = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
-    return bool((measure_segment_distance(ahead, viewpoint, probe) < needed).any())
+    hits_ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
+    needed_distance = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
+    return bool((measure_segment_distance(hits_ahead, viewpoint, probe) < needed_distance).any())
 
 
 def _find_confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.planning.bucket_search import UNREACHED, search_buckets
-from drake_starnav.planning.closed_places import CLOSED
+from drake_starnav.planning.bucket_search import UNREACHED_COST, search_buckets
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import BLOCK, STRIDE, TILE, Grid
 
 NEAR_WALL_COST = 0.4
@@ -30,7 +30,8 @@ class CostField:
     """Length of the shortest path to the goal from every cell, as far as it was searched.
 
     Attributes:
-        cost: shape (nx, ny) with a border, in hundredths of a cell, less UNREACHED; 0 where blocked or not reached.
+        cost: shape (nx, ny) with a border, in hundredths of a cell, less UNREACHED_COST; 0 where blocked or not
+            reached.
         weight: same shape, uint8, what crossing a cell costs in tenths; 0 where blocked.
         origin: position of cell (1, 1), shape (2,), W, m.
         cell: size of a cell, m.
@@ -61,7 +62,7 @@ class CostmapParams(NamedTuple):
 
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
-        closures: shape (k, 2), W, m: cells within CLOSED of one are blocked.
+        closures: shape (k, 2), W, m: cells within CLOSURE_RADIUS of one are blocked.
         doubt: cells that hits block by no more than this are passable, at DOUBT_COST, m.
         swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
     """
@@ -96,14 +97,14 @@ def compute_cost_to_go(
     first, count = grid.box(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
     radius = terrain.robot_radius
-    blocked, soft = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
+    blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
     swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
-    limits = blocked - terrain.doubt, blocked, soft, swept
+    limits = blocked_distance - terrain.doubt, blocked_distance, soft_distance, swept
     weight = _weigh_cells(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
     if grid.coverage.whole.size:
         _raise_unknown(weight, grid.coverage, first // STRIDE, round(10.0 * UNKNOWN_COST))
-    _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSED * radius + half_diagonal) / cell)
+    _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
     end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
     begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
@@ -122,8 +123,11 @@ def _weigh_cells(grid, corner, count, limits, costs):
         costs: near a wall, where it is tight, and in doubt.
     """
     tiles, rows, first, _, _ = grid
-    (shut, blocked, soft, swept), (near_wall_cost, tight_cost, doubt_cost) = limits, costs
-    out, side, wide = np.zeros((count[0] + 2, count[1] + 2), np.uint8), TILE // STRIDE, max(soft, swept)
+    (closed_distance, blocked_distance, soft_distance, swept_distance) = limits
+    (near_wall_cost, tight_cost, doubt_cost) = costs
+    out = np.zeros((count[0] + 2, count[1] + 2), np.uint8)
+    side = TILE // STRIDE
+    wide = max(soft_distance, swept_distance)
     out[1:-1, 1:-1] = 10
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
@@ -139,12 +143,14 @@ def _weigh_cells(grid, corner, count, limits, costs):
                             clear = max(clear, tile[i * STRIDE + a, j * STRIDE + b])
                     if clear >= wide:
                         continue
-                    if clear < blocked:
-                        out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + doubt_cost)) if clear >= shut else 0
+                    if clear < blocked_distance:
+                        out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + doubt_cost)) if clear >= closed_distance else 0
                         continue
-                    near_wall = near_wall_cost * (max(soft, clear) - clear) / (soft - blocked)
-                    if clear < swept:
-                        near_wall += tight_cost * (swept - clear) / (swept - blocked)
+                    near_wall = (
+                        near_wall_cost * (max(soft_distance, clear) - clear) / (soft_distance - blocked_distance)
+                    )
+                    if clear < swept_distance:
+                        near_wall += tight_cost * (swept_distance - clear) / (swept_distance - blocked_distance)
                     out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
     return out
 
@@ -152,13 +158,13 @@ def _weigh_cells(grid, corner, count, limits, costs):
 @kernel
 def _raise_unknown(weight, coverage, corner, more):
     """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `corner`."""
-    first, whole, part = coverage
+    first, whole_counts, part_counts = coverage
     for i in range(1, weight.shape[0] - 1):
         p = corner[0] + i - 1 - BLOCK * first[0]
         for j in range(1, weight.shape[1] - 1):
             q = corner[1] + j - 1 - BLOCK * first[1]
-            within = 0 <= p < part.shape[0] and 0 <= q < part.shape[1]
-            if weight[i, j] and not (within and (part[p, q] or whole[p // BLOCK, q // BLOCK])):
+            is_covered = 0 <= p < part_counts.shape[0] and 0 <= q < part_counts.shape[1]
+            if weight[i, j] and not (is_covered and (part_counts[p, q] or whole_counts[p // BLOCK, q // BLOCK])):
                 weight[i, j] += more
 
 
@@ -192,7 +198,7 @@ def trace_path(cost, weight, x, y):
             out = longer
         out[n, 0], out[n, 1] = i, j
         n += 1
-        if least == -UNREACHED:
+        if least == -UNREACHED_COST:
             break
         least = 0  # of the neighbours, the one through which this cell was reached
         for a in (-1, 0, 1):

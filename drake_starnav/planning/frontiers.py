@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
-from drake_starnav.planning.closed_places import CLOSED
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import HIT_ERROR, measure_distance_at
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, find_cover
@@ -42,9 +42,9 @@ def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap
     )
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
-    ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
-    first, last = measure_arc_lengths(line)[ends - (0, 1)].T
-    return [Gap(line[a:b], probe[a:b]) for a, b in ends[last - first >= LEAST * robot_radius].tolist()]
+    gap_ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
+    first, last = measure_arc_lengths(line)[gap_ends - (0, 1)].T
+    return [Gap(line[a:b], probe[a:b]) for a, b in gap_ends[last - first >= LEAST * robot_radius].tolist()]
 
 
 def find_all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
@@ -56,7 +56,7 @@ def find_all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
 def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
     """Return points along a region's boundary (n, 2), the places beyond them (n, 2), whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
-    samples, beyond, count = len(values), BEYOND * radius, 0
+    samples, probe_distance, count = len(values), BEYOND * radius, 0
     step = 2.0 * math.pi / samples
     corners = np.empty((samples + 1, 2))
     parts = np.empty(samples, np.int64)
@@ -76,11 +76,11 @@ def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
         for k in range(parts[i]):
             share = (k + 0.5) / parts[i]
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
-            u, v = x + beyond * dy / length, y - beyond * dx / length
+            u, v = x + probe_distance * dy / length, y - probe_distance * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
             is_open[n] = measure_distance_at(hits, u, v) > radius - HIT_ERROR * radius
             for j in range(len(closures)):
-                is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSED * radius
+                is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSURE_RADIUS * radius
             is_open[n] = is_open[n] and find_cover(union, u, v, COVER_SLACK * radius) < 0
             n += 1
     return line, probe, is_open

@@ -63,13 +63,15 @@ class Coverage(NamedTuple):
     whole: np.ndarray = np.zeros((0, 0), np.uint16)
     part: np.ndarray = np.zeros((0, 0), np.uint16)
 
-    def update_counts(self, cell: float, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "Coverage":
+    def update_counts(
+        self, cell: float, regions: RegionUnion, new_values: np.ndarray, bounds: np.ndarray
+    ) -> "Coverage":
         """Return the counts after regions have changed.
 
         Args:
             cell: size of a cell, m.
             regions: those that have changed, as they were; of new ones, all samples are 0.
-            after: their samples now, shape (n, M), m; 0 of those that are gone.
+            new_values: their samples now, shape (n, M), m; 0 of those that are gone.
             bounds: corners of a box that holds the regions, shape (2, 2), W, m.
         """
         low, high = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,))
@@ -78,7 +80,7 @@ class Coverage(NamedTuple):
         low, high = np.minimum(low, first), np.maximum(high, last)
         border = np.stack((first - low, high - last), axis=1)
         out = Coverage(low, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
-        _recount(out, cell, regions.center, regions.bearing_0, regions.values, after)
+        _recount(out, cell, regions.center, regions.bearing_0, regions.values, new_values)
         return out
 
 
@@ -124,8 +126,8 @@ class Grid:
     @property
     def tiles(self) -> dict[tuple[int, int], np.ndarray]:
         """(p, q) -> the distances of that tile's cells, shape (TILE, TILE), m; only where hits are near."""
-        found, (p, q) = np.argwhere(self.rows >= 0).tolist(), self.first.tolist()
-        return {(p + i, q + j): self.pool.tiles[self.rows[i, j]] for i, j in found}
+        tile_places, (p, q) = np.argwhere(self.rows >= 0).tolist(), self.first.tolist()
+        return {(p + i, q + j): self.pool.tiles[self.rows[i, j]] for i, j in tile_places}
 
     @property
     def bounds(self) -> np.ndarray:
@@ -146,17 +148,17 @@ class Grid:
         nearest = np.rint(points.min(axis=0) / self.resolution), np.rint(points.max(axis=0) / self.resolution)
         low, high = (nearest[0].astype(int) - border) // TILE, (nearest[1].astype(int) + border) // TILE + 1
         first, rows = _widen_rows(self.first, self.rows, low, high)
-        pool, most = self.pool, int((high - low).prod())
-        if pool.used != self.used or pool.used + most > len(pool.tiles):
+        pool, most_tiles = self.pool, int((high - low).prod())
+        if pool.used != self.used or pool.used + most_tiles > len(pool.tiles):
             live = rows >= 0
-            pool = pool.copy_rows(rows[live], most)
+            pool = pool.copy_rows(rows[live], most_tiles)
             rows[live] = np.arange(pool.used)
         pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
         return Grid(self.resolution, self.cap, first, rows, pool.used, pool, self.coverage)
 
-    def count_regions(self, regions: RegionUnion, after: np.ndarray, bounds: np.ndarray) -> "Grid":
+    def count_regions(self, regions: RegionUnion, new_values: np.ndarray, bounds: np.ndarray) -> "Grid":
         """Return this grid with the coverage after regions have changed; arguments as for `Coverage.update_counts`."""
-        coverage = self.coverage.update_counts(self.resolution * STRIDE, regions, after, bounds)
+        coverage = self.coverage.update_counts(self.resolution * STRIDE, regions, new_values, bounds)
         return replace(self, coverage=coverage)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
@@ -212,7 +214,7 @@ def _widen_rows(
 def _stamp(tiles, used, rows, first, resolution, cap, points):
     """Write the tiles that change into the pool from row `used` on; return how many rows are in use then."""
     reach = int(cap / resolution) + 1
-    before = used
+    used_before = used
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         i, j = int(round(x / resolution)), int(round(y / resolution))
@@ -223,7 +225,7 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
         for p in range((i - reach) // TILE, (i + reach) // TILE + 1):
             for q in range((j - reach) // TILE, (j + reach) // TILE + 1):
                 row = rows[p - first[0], q - first[1]]
-                if row < before:
+                if row < used_before:
                     for a in range(TILE):
                         for b in range(TILE):
                             tiles[used, a, b] = tiles[row, a, b] if row >= 0 else cap
@@ -234,8 +236,8 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
                     for b in range(max(j - reach, q * TILE), min(j + reach, q * TILE + TILE - 1) + 1):
                         dy = b * resolution - y
                         squared = dx * dx + dy * dy
-                        known = tiles[row, a - p * TILE, b - q * TILE]
-                        if squared < known * known:
+                        known_distance = tiles[row, a - p * TILE, b - q * TILE]
+                        if squared < known_distance * known_distance:
                             tiles[row, a - p * TILE, b - q * TILE] = math.sqrt(squared)
     return used
 
@@ -261,44 +263,44 @@ def measure_distance_at(grid, x, y):
 
 
 @kernel
-def _recount(coverage, cell, center, bearing_0, before, after):
+def _recount(coverage, cell, center, bearing_0, old_values, new_values):
     """Count anew, of each region, the blocks about those samples that have changed."""
-    first, whole, part = coverage
-    samples, side, half = after.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
+    first, whole_counts, part_counts = coverage
+    samples, side, half = new_values.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
     turn, middle = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
     for k in range(len(center)):
         left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
         for m in range(samples):
-            if before[k, m] != after[k, m]:
+            if old_values[k, m] != new_values[k, m]:
                 for n in range(m - 1, m + 2):
                     u, v = math.cos(bearing_0[k] + n * turn), math.sin(bearing_0[k] + n * turn)
-                    for r in (before[k, m], after[k, m]):
+                    for r in (old_values[k, m], new_values[k, m]):
                         left, right = min(left, r * u), max(right, r * u)
                         bottom, top = min(bottom, r * v), max(top, r * v)
         if left > right:
             continue
         x, y = center[k, 0] / side - first[0], center[k, 1] / side - first[1]
-        for i in range(max(int(x + left / side - 1.0), 0), min(int(x + right / side + 2.0), whole.shape[0])):
-            for j in range(max(int(y + bottom / side - 1.0), 0), min(int(y + top / side + 2.0), whole.shape[1])):
+        for i in range(max(int(x + left / side - 1.0), 0), min(int(x + right / side + 2.0), whole_counts.shape[0])):
+            for j in range(max(int(y + bottom / side - 1.0), 0), min(int(y + top / side + 2.0), whole_counts.shape[1])):
                 x0, y0 = ((i + first[0]) * BLOCK + OFF) * cell, ((j + first[1]) * BLOCK + OFF) * cell
                 dx, dy = x0 + middle - center[k, 0], y0 + middle - center[k, 1]
-                away = math.hypot(dx, dy)
+                distance = math.hypot(dx, dy)
                 at, _ = find_samples_beside(bearing_0[k], samples, dx, dy)
-                width = int(1.1 * half / away / turn) + 1 if away > 2.0 * half else samples // 2
-                differs, least, most, least_now, most_now = False, np.inf, 0.0, np.inf, 0.0
+                width = int(1.1 * half / distance / turn) + 1 if distance > 2.0 * half else samples // 2
+                differs, old_least, old_most, new_least, new_most = False, np.inf, 0.0, np.inf, 0.0
                 for n in range(at - width, at + width + 2):
-                    r, r_now = before[k, n % samples], after[k, n % samples]
+                    r, r_now = old_values[k, n % samples], new_values[k, n % samples]
                     differs |= r != r_now
-                    least, most = min(least, r), max(most, r)
-                    least_now, most_now = min(least_now, r_now), max(most_now, r_now)
-                if not differs or max(most, most_now) < away - half:
+                    old_least, old_most = min(old_least, r), max(old_most, r)
+                    new_least, new_most = min(new_least, r_now), max(new_most, r_now)
+                if not differs or max(old_most, new_most) < distance - half:
                     continue
-                was_whole, is_whole = least > away + half, least_now > away + half
-                whole[i, j] += np.int64(is_whole) - np.int64(was_whole)
+                was_whole, is_whole = old_least > distance + half, new_least > distance + half
+                whole_counts[i, j] += np.int64(is_whole) - np.int64(was_whole)
                 for a in range(0 if was_whole and is_whole else BLOCK):
                     for b in range(BLOCK):
                         u, v = x0 + a * cell, y0 + b * cell
-                        if most > 0.0 and not was_whole and covers(center, bearing_0, before, k, u, v, 0.0):
-                            part[i * BLOCK + a, j * BLOCK + b] -= 1
-                        if most_now > 0.0 and not is_whole and covers(center, bearing_0, after, k, u, v, 0.0):
-                            part[i * BLOCK + a, j * BLOCK + b] += 1
+                        if old_most > 0.0 and not was_whole and covers(center, bearing_0, old_values, k, u, v, 0.0):
+                            part_counts[i * BLOCK + a, j * BLOCK + b] -= 1
+                        if new_most > 0.0 and not is_whole and covers(center, bearing_0, new_values, k, u, v, 0.0):
+                            part_counts[i * BLOCK + a, j * BLOCK + b] += 1

@@ -80,11 +80,11 @@ def find_narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.
     """
     nearest, least = None, width * width
     for start, end in itertools.pairwise(way):
-        around = (points > np.minimum(start, end) - width) & (points < np.maximum(start, end) + width)
-        close = points[around.all(axis=1)]
+        is_around = (points > np.minimum(start, end) - width) & (points < np.maximum(start, end) + width)
+        close = points[is_around.all(axis=1)]
         (along_x, along_y), (x, y) = end - start, (close - start).T
-        left = along_x * y - along_y * x > 0.0
-        ours, theirs = close[left], close[~left]
+        is_left = along_x * y - along_y * x > 0.0
+        ours, theirs = close[is_left], close[~is_left]
         to_x, to_y = (theirs[None, :] - ours[:, None]).transpose(2, 0, 1)
         across = _turns_left(to_x, to_y, start - ours) != _turns_left(to_x, to_y, end - ours)
         squared = np.where(across, to_x * to_x + to_y * to_y, np.inf)

@@ -18,7 +18,7 @@ UNSEEN_WITHIN = 2.0
 """Unseen space matters within this distance, in radii of the disc that the robot covers when it turns."""
 BEGINS_WITHIN = 0.1
 """No farther from where it began, in its radii, the robot has not left."""
-LOOKED = 0.1
+FACED_ANGLE = 0.1
 """A place that the robot faces within this angle, rad, and does not see is occluded."""
 
 
@@ -27,8 +27,8 @@ def sees_exit_after_turn(state: PlannerState, current_region: StarRegion, inputs
     nodes, observation = state.roadmap.nodes, inputs.observation
     if not observation.scan.merged or state.route.exit is None or not len(nodes):
         return False
-    turned = abs(math.remainder(float(observation.pose[2] - nodes[-1].pose[2]), 2.0 * math.pi))
-    return turned > FACING and find_cover(current_region.as_union, *state.route.exit[1], 0.0) >= 0
+    turned_angle = abs(math.remainder(float(observation.pose[2] - nodes[-1].pose[2]), 2.0 * math.pi))
+    return turned_angle > FACING and find_cover(current_region.as_union, *state.route.exit[1], 0.0) >= 0
 
 
 def turn_to_unseen(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -48,8 +48,8 @@ def look_along_path(state: PlannerState, progress: Progress, inputs: PlannerInpu
     scan, path_bearing = inputs.observation.scan, find_path_bearing(state, inputs)
     is_unseen = np.abs(measure_bearings_from_path(path_bearing, inputs)).min() > scan.angle_increment
     is_blind = is_unseen and inputs.time - progress.time > LOOKS_AFTER
-    looks = math.isfinite(state.progress.unseen_heading)
-    if not is_blind and (not looks or is_facing(inputs, state.route.path[0])):
+    is_looking = math.isfinite(state.progress.unseen_heading)
+    if not is_blind and (not is_looking or is_facing(inputs, state.route.path[0])):
         return progress
     return start_turn(progress, path_bearing, inputs)
 
@@ -60,20 +60,20 @@ def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInp
     One that is no disc may turn where it begins, and faces its path before it leaves.
     """
     path_bearing, way_point = find_path_bearing(state, inputs), state.route.path[0]
-    if may_turn_at_start(state, inputs) and math.cos(path_bearing) < math.cos(LOOKED):
+    if may_turn_at_start(state, inputs) and math.cos(path_bearing) < math.cos(FACED_ANGLE):
         return start_turn(progress._replace(standing_since=inputs.time), path_bearing, inputs)
-    scan, turns = inputs.observation.scan, is_turning(state)
+    scan, robot_turns = inputs.observation.scan, is_turning(state)
     from_path = np.abs(measure_bearings_from_path(path_bearing, inputs))
     is_near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
     unseen = np.flatnonzero(is_near & (from_path <= 0.5 * math.pi))
-    patience = STILL_TURNS if turns and not math.isfinite(state.progress.unseen_heading) else LOOKS_AFTER
+    patience = STILL_TURNS if robot_turns and not math.isfinite(state.progress.unseen_heading) else LOOKS_AFTER
     waits = inputs.time - progress.standing_since > patience and len(unseen) > 0
-    if progress.time == inputs.time or not (waits or not turns or is_facing(inputs, way_point)):
+    if progress.time == inputs.time or not (waits or not robot_turns or is_facing(inputs, way_point)):
         return progress._replace(standing_since=inputs.time)
     if not waits:
         return progress
     unseen_bearing = float(scan.bearings[unseen[from_path[unseen].argmax()]])
-    if abs(unseen_bearing) < LOOKED:
+    if abs(unseen_bearing) < FACED_ANGLE:
         return progress._replace(standing_since=inputs.time)
     return start_turn(progress, unseen_bearing, inputs)
 
@@ -84,8 +84,8 @@ def may_turn_at_start(state: PlannerState, inputs: PlannerInput) -> bool:
     if context is None or not context.base.turns_on_the_spot:
         return False
     is_early = inputs.time - first.time < inputs.parameters.progress_timeout
-    driven = math.dist(first.pose[:2], inputs.observation.pose[:2].tolist())
-    return is_early and driven < BEGINS_WITHIN * inputs.robot_radius
+    driven_distance = math.dist(first.pose[:2], inputs.observation.pose[:2].tolist())
+    return is_early and driven_distance < BEGINS_WITHIN * inputs.robot_radius
 
 
 def find_path_bearing(state: PlannerState, inputs: PlannerInput) -> float:

@@ -48,9 +48,9 @@ def measure_share_seen_through(old: Observation, new: Observation, slack: float)
 
     Only hits within the new scan's range count; 0 if fewer than FEWEST_HITS of them were seen through.
     """
-    behind, _ = _measure_free_range(find_mappable_hits(old)[0], new, slack)
-    through = np.count_nonzero(behind > slack)
-    return 0.0 if through < FEWEST_HITS else through / np.count_nonzero(behind == behind)
+    free_behind, _ = _measure_free_range(find_mappable_hits(old)[0], new, slack)
+    through = np.count_nonzero(free_behind > slack)
+    return 0.0 if through < FEWEST_HITS else through / np.count_nonzero(free_behind == free_behind)
 
 
 @kernel
@@ -89,37 +89,42 @@ def forget_contradicted(
     )
     breaks = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
     time, gone = np.repeat([node.time for node in nodes], counts), np.zeros(len(points), bool)
-    for seen in observers:
-        behind, beam = _measure_free_range(points, seen, slack)
-        through = (behind > slack) & (time < seen.time)
+    for observation in observers:
+        free_behind, beam = _measure_free_range(points, observation, slack)
+        through = (free_behind > slack) & (time < observation.time)
         if not through.any():
             continue
         run = np.cumsum(np.append(False, breaks | (through[1:] != through[:-1])))
-        turned = np.abs(np.diff(beam))
-        turned = np.minimum(turned, TURN / seen.scan.angle_increment - turned)
-        width = np.bincount(run[1:], np.where(run[1:] == run[:-1], turned, 0.0), minlength=run[-1] + 1)
+        beam_steps = np.abs(np.diff(beam))
+        beam_steps = np.minimum(beam_steps, TURN / observation.scan.angle_increment - beam_steps)
+        width = np.bincount(run[1:], np.where(run[1:] == run[:-1], beam_steps, 0.0), minlength=run[-1] + 1)
         gone |= through & (width >= RUN_BEAMS)[run]
     if not gone.any():
         return nodes
-    lost = [np.flatnonzero(each)[now] for each, now in zip(hits, np.split(gone, np.cumsum(counts)[:-1]), strict=True)]
+    lost_beams = [
+        np.flatnonzero(each)[is_gone]
+        for each, is_gone in zip(hits, np.split(gone, np.cumsum(counts)[:-1]), strict=True)
+    ]
     return tuple(
         dataclasses.replace(node, scan=lose_beams(node.scan, each)) if len(each) else node
-        for node, each in zip(nodes, lost, strict=True)
+        for node, each in zip(nodes, lost_beams, strict=True)
     )
 
 
-def _measure_free_range(points: np.ndarray, seen: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
+def _measure_free_range(points: np.ndarray, observation: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
     """Return how far behind points (n, 2), W, and `slack` beside them an observation saw free space, and their beams.
 
     The former is NaN for points that are out of its view, m; a beam is a real number.
     """
-    scan = seen.scan
-    distance, beam = scan.polar(points, seen.pose)
-    judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
-    behind = np.full(len(points), np.nan)
+    scan = observation.scan
+    distance, beam = scan.polar(points, observation.pose)
+    is_judged = (distance < scan.range_max) & (scan.full_circle | (beam <= len(scan.ranges) - 1))
+    free_behind = np.full(len(points), np.nan)
     ranges, step = scan.distances, scan.angle_increment
-    behind[judged] = _find_shortest_range(beam[judged], distance[judged], ranges, step, slack, scan.full_circle)
-    return behind - distance, beam
+    free_behind[is_judged] = _find_shortest_range(
+        beam[is_judged], distance[is_judged], ranges, step, slack, scan.full_circle
+    )
+    return free_behind - distance, beam
 
 
 def find_consistent_regions(
@@ -148,12 +153,12 @@ def find_consistent_regions(
         regions[k] = _cut_back_to_hits(region, *new_hits, robot_radius + region.margin)
     if margins.drop_seen_through:
         reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
-        near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
-        for k in np.flatnonzero(near).tolist():
+        is_near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
+        for k in np.flatnonzero(is_near).tolist():
             if measure_share_seen_through(roadmap.nodes[k], observation, slack) > SEEN_THROUGH_SHARE:
                 regions[k] = None
-    unchanged = all(new is old for new, old in zip(regions, roadmap.regions, strict=True))
-    return roadmap.regions if unchanged else regions
+    is_unchanged = all(new is old for new, old in zip(regions, roadmap.regions, strict=True))
+    return roadmap.regions if is_unchanged else regions
 
 
 def _cut_back_to_hits(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: float) -> StarRegion | None:
@@ -176,35 +181,41 @@ def _find_contradicted_regions(union, points, reach, sizes, gap):
     CONTRADICTION. Only points within `reach` count. In m.
     """
     radius, jump = sizes
-    center, bearing_0, values, marks, corner = union.center, union.bearing_0, union.values, union.marks, union.corner
+    center = union.center
+    bearing_0 = union.bearing_0
+    values = union.values
+    cell_marks = union.marks
+    corner = union.corner
     samples, one = values.shape[1], np.uint64(1)
     step = 2.0 * math.pi / samples
-    found = np.zeros(len(center), np.bool_)
+    is_contradicted = np.zeros(len(center), np.bool_)
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         low, high = int(math.floor((x - reach) / CELL)) - corner[0], int(math.floor((x + reach) / CELL)) - corner[0]
         left, right = int(math.floor((y - reach) / CELL)) - corner[1], int(math.floor((y + reach) / CELL)) - corner[1]
-        for w in range(marks.shape[2]):
+        for w in range(cell_marks.shape[2]):
             word = np.uint64(0)
-            for i in range(max(low, 0), min(high + 1, marks.shape[0])):
-                for j in range(max(left, 0), min(right + 1, marks.shape[1])):
-                    word |= marks[i, j, w]
+            for i in range(max(low, 0), min(high + 1, cell_marks.shape[0])):
+                for j in range(max(left, 0), min(right + 1, cell_marks.shape[1])):
+                    word |= cell_marks[i, j, w]
             while word != 0:
                 k = w * WORD + find_highest_bit(word)
                 word ^= one << np.uint64(k % WORD)
-                if found[k]:
+                if is_contradicted[k]:
                     continue
                 dx, dy = x - center[k, 0], y - center[k, 1]
-                away = math.sqrt(dx * dx + dy * dy)
-                disc = math.sqrt((radius + 0.5 * step * away) ** 2 + gap * gap)
-                found[k] = away <= disc
-                if away > disc:
+                distance = math.sqrt(dx * dx + dy * dy)
+                disc = math.sqrt((radius + 0.5 * step * distance) ** 2 + gap * gap)
+                is_contradicted[k] = distance <= disc
+                if distance > disc:
                     nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
-                    width = int(math.asin(disc / away) / step)
+                    width = int(math.asin(disc / distance) / step)
                     for m in range(nearest - width, nearest + width + 1):
-                        beyond = values[k, m % samples] + jump
-                        if beyond > away - disc:
-                            off = step * (m - nearest)
-                            under = math.sqrt(max(disc * disc - (away * math.sin(off)) ** 2, 0.0))
-                            found[k] = found[k] or beyond > away * math.cos(off) - under
-    return np.flatnonzero(found)
+                        farthest_range = values[k, m % samples] + jump
+                        if farthest_range > distance - disc:
+                            off_angle = step * (m - nearest)
+                            chord_length = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
+                            is_contradicted[k] = (
+                                is_contradicted[k] or farthest_range > distance * math.cos(off_angle) - chord_length
+                            )
+    return np.flatnonzero(is_contradicted)

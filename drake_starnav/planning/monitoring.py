@@ -81,8 +81,8 @@ def is_turning(state: PlannerState) -> bool:
     if len(state.recent_observations) < 2:
         return False
     previous, latest = state.recent_observations[-2:]
-    turned = abs(math.remainder(float(latest.pose[2] - previous.pose[2]), 2.0 * math.pi))
-    return turned * TURNED_WITHIN > TURNED * (latest.time - previous.time)
+    turned_angle = abs(math.remainder(float(latest.pose[2] - previous.pose[2]), 2.0 * math.pi))
+    return turned_angle * TURNED_WITHIN > TURNED * (latest.time - previous.time)
 
 
 def distance_to(a: np.ndarray, b: np.ndarray) -> float:
@@ -122,8 +122,8 @@ def _check(x, y, driven, plan, known, view, robot_radius):
 def _has_doubt(way, x, y, hits, robot_radius):
     """Return whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
     for i in range(len(way)):
-        near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius
-        if near and measure_distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
+        is_near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius
+        if is_near and measure_distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
             return True
     return False
 
@@ -133,8 +133,8 @@ def count_passed_points(x, y, path, union, radius):
     """Return the number of way points that the robot at (x, y) has passed, or can see past; never the last one."""
     k = 0
     while k + 1 < len(path):
-        near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
-        if not near and find_first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
+        is_near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
+        if not is_near and find_first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
             break
         k += 1
     return k

@@ -29,7 +29,7 @@ from drake_starnav.planning.state import (
     Route,
 )
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.obstruction import AVOIDED
+from drake_starnav.surroundings.obstruction import AVOIDED_WITHIN
 from drake_starnav.surroundings.region_union import find_cover
 from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import replace_fields
@@ -88,11 +88,12 @@ def check_beams(roadmap: StarRoadmap, observation: Observation) -> None:
     """Raise a `StarnavError` if a scan's region has another number of bearings than the roadmap's regions."""
     if observation.region is None or not len(roadmap):
         return
-    bearings, expected = len(observation.region.free_range), roadmap.union.values.shape[1]
-    if bearings != expected:
+    bearings, expected_bearings = len(observation.region.free_range), roadmap.union.values.shape[1]
+    if bearings != expected_bearings:
         raise StarnavError(
             f"laser scan: {len(observation.scan.ranges)} beams (a region of {bearings} bearings) after scans of "
-            f"{len(roadmap.nodes[0].scan.ranges)} beams ({expected} bearings); allowed: the same number in every scan"
+            f"{len(roadmap.nodes[0].scan.ranges)} beams ({expected_bearings} bearings); allowed: the same number in "
+            "every scan"
         )
 
 
@@ -127,7 +128,7 @@ def may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
 
 def is_any_near(distances: np.ndarray, inputs: PlannerInput) -> bool:
     """Return whether the robot may be giving way to something at one of these distances, m."""
-    return bool((distances < AVOIDED * inputs.robot_radius).any())
+    return bool((distances < AVOIDED_WITHIN * inputs.robot_radius).any())
 
 
 def find_progress_distance(inputs: PlannerInput) -> float:
@@ -273,9 +274,9 @@ def enter_dead_end(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     if not is_any_near(scan.distances[scan.may_leave], inputs):
         return give_up(state, find_blocking_zones(state, inputs), inputs)
     state = wait_for_obstacle(state, inputs)
-    waits = state.status is PlannerStatus.WAITING
-    moves = is_any_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
-    return forget_hits(state, inputs) if moves and waits else state
+    is_waiting = state.status is PlannerStatus.WAITING
+    is_moving = is_any_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
+    return forget_hits(state, inputs) if is_moving and is_waiting else state
 
 
 def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -312,8 +313,8 @@ def find_open_route(
     for _ in range(MOST_CLOSED):
         current_region = state.roadmap.closures.open_part(region)
         route = find_route(state, current_region, inputs)
-        if route is None and not is_first_scan and (reopened := reopen_closures(state, inputs)) is not state:
-            return find_open_route(reopened, is_first_scan, is_boxed_in, inputs)
+        if route is None and not is_first_scan and (reopened_state := reopen_closures(state, inputs)) is not state:
+            return find_open_route(reopened_state, is_first_scan, is_boxed_in, inputs)
         if route is None or not is_at_unseen_exit(route, current_region, inputs):
             break
         assert route.exit is not None

@@ -114,23 +114,25 @@ def replace_regions(
         grid = rebuild_grid(grid, roadmap.closures, nodes, margins, robot_radius)
     if not nodes:
         return StarRoadmap(dataclasses.replace(grid, coverage=Coverage()), closures=roadmap.closures)
-    old, kept = roadmap.union, np.array([region is not None for region in regions])
+    old, is_kept = roadmap.union, np.array([region is not None for region in regions])
     news = np.flatnonzero([new is not region for new, region in zip(regions, roadmap.regions, strict=True)])
-    rows, numbers, after = [row[kept] for row in old.rows], np.cumsum(kept) - 1, np.zeros_like(old.values[news])
+    rows = [row[is_kept] for row in old.rows]
+    numbers = np.cumsum(is_kept) - 1
+    new_values = np.zeros_like(old.values[news])
     for i, k in enumerate(news.tolist()):
         region = regions[k]
         if region is not None:
-            after[i] = rows[2][numbers[k]] = region.boundary.values
+            new_values[i] = rows[2][numbers[k]] = region.boundary.values
             rows[3][numbers[k]] = region.boundary.slopes
-    union = index_regions(RegionUnion(*rows), select_regions(old, kept), numbers[news[kept[news]]])
-    changed = RegionUnion(*(row[news] for row in old.rows))
-    return StarRoadmap(grid.count_regions(changed, after, union.bounds), nodes, union, roadmap.closures)
+    union = index_regions(RegionUnion(*rows), select_regions(old, is_kept), numbers[news[is_kept[news]]])
+    changed_regions = RegionUnion(*(row[news] for row in old.rows))
+    return StarRoadmap(grid.count_regions(changed_regions, new_values, union.bounds), nodes, union, roadmap.closures)
 
 
 def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
     """Return a roadmap of the same scans and hits, with the open part of each scan's region, fitted anew."""
-    whole = [node.refit(robot_radius, margins).region for node in roadmap.nodes]
-    regions = [roadmap.closures.open_part(region) for region in whole if region is not None]
+    whole_regions = [node.refit(robot_radius, margins).region for node in roadmap.nodes]
+    regions = [roadmap.closures.open_part(region) for region in whole_regions if region is not None]
     return replace_regions(roadmap, regions, margins, robot_radius)
 
 
@@ -150,25 +152,25 @@ def _find_edges(union):
 
     Without a region that sees it among the older ones, the robot has come from the region that a centre exceeds least.
     """
-    center, bearing_0, values, marks = union.center, union.bearing_0, union.values, union.marks
+    center, bearing_0, values, cell_marks = union.center, union.bearing_0, union.values, union.marks
     cell, one = np.floor(center / CELL).astype(np.int64) - union.corner, np.uint64(1)
-    ends = [(0, 0)][:0]
+    edge_ends = [(0, 0)][:0]
     for j in range(len(center)):
-        x, y, begin = center[j, 0], center[j, 1], len(ends)
+        x, y, begin = center[j, 0], center[j, 1], len(edge_ends)
         for i in range(j):
             u, v = center[i, 0], center[i, 1]
-            older = marks[cell[j, 0], cell[j, 1], i // WORD] >> np.uint64(i % WORD) & one
-            newer = marks[cell[i, 0], cell[i, 1], j // WORD] >> np.uint64(j % WORD) & one
+            older = cell_marks[cell[j, 0], cell[j, 1], i // WORD] >> np.uint64(i % WORD) & one
+            newer = cell_marks[cell[i, 0], cell[i, 1], j // WORD] >> np.uint64(j % WORD) & one
             if (older and covers(center, bearing_0, values, i, x, y, 0.0)) or (
                 newer and covers(center, bearing_0, values, j, u, v, 0.0)
             ):
-                ends.append((i, j))
-        if j and len(ends) == begin:
+                edge_ends.append((i, j))
+        if j and len(edge_ends) == begin:
             i = j - 1 - int(np.argmin(measure_excess(union, x, y)[:j][::-1]))  # of equals the newest
-            ends.append((i, j))
-    edges = np.empty((len(ends), 2), np.int64)
-    for e in range(len(ends)):
-        edges[e, 0], edges[e, 1] = ends[e]
+            edge_ends.append((i, j))
+    edges = np.empty((len(edge_ends), 2), np.int64)
+    for e in range(len(edge_ends)):
+        edges[e, 0], edges[e, 1] = edge_ends[e]
     return edges
 
 
@@ -179,10 +181,10 @@ def measure_uncovered_share(region: StarRegion, others: RegionUnion) -> float:
     phi = np.minimum(values[chosen], np.roll(values, -1)[chosen])
     count = np.ceil(phi / (AREA_STEP * region.radius)).astype(np.int64)
     ray = np.repeat(np.arange(len(chosen)), count)
-    along = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count) + 0.5
+    ray_positions = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count) + 0.5
     step = phi[ray] / count[ray]
     bearing = region.bearing_0 + 2.0 * math.pi / len(values) * (chosen[ray] + 0.5)
-    places = region.center + (along * step)[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    area = along * step * step
+    places = region.center + (ray_positions * step)[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    area = ray_positions * step * step
     new = area[~others.contains(places)].sum()
     return float(new / area.sum()) if len(ray) else 0.0

@@ -15,7 +15,7 @@ from drake_starnav.planning.string_pulling import pull_string
 from drake_starnav.surroundings.region_union import find_cover, find_first_gap
 from drake_starnav.surroundings.star_region import StarRegion
 
-LEFT = 0.8
+LENGTH_OUTSIDE = 0.8
 """The optimistic path leaves the regions where it stays outside for this length, in radii of the robot."""
 SHIFT = 1.2
 """The exit is moved from where the path crosses its gap by at most this, in radii, towards the gap's middle."""
@@ -23,7 +23,7 @@ NEXT_TO = 1.2
 """The path crosses a gap that is no farther from it, in radii."""
 MARGINS_IN_DOUBT = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
-AROUND = 2.0
+SEARCH_BORDER = 2.0
 """The optimistic path is searched this far beyond all that is known, in radii: no way is shorter farther out."""
 
 
@@ -43,44 +43,52 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
     tolerance, margin = inputs.goal_tolerance, inputs.margins.preferred
     candidates = list_goal_candidates(roadmap.grid, inputs.goal, tolerance, inputs.robot_radius, margin)
-    known = np.flatnonzero(current_region.as_union.contains(candidates.places) | union.contains(candidates.places))
-    goal = candidates.places[known[0]] if len(known) else candidates.goal
+    known_places = np.flatnonzero(
+        current_region.as_union.contains(candidates.places) | union.contains(candidates.places)
+    )
+    goal = candidates.places[known_places[0]] if len(known_places) else candidates.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
-    if len(known) and (find_cover(current_region.as_union, *goal, 0.0) >= 0 or find_first_gap(union, *straight) < 0.0):
+    if len(known_places) and (
+        find_cover(current_region.as_union, *goal, 0.0) >= 0 or find_first_gap(union, *straight) < 0.0
+    ):
         return Route(goal[None].copy())
     path = build_cost_field(state, goal, inputs).path(position)
     if not len(path):
         return None
     sight = current_region.as_union if state.retrying else union
-    path, last, first = _find_exit(path, 0.5 * STRIDE * roadmap.grid.resolution, union, LEFT * inputs.robot_radius)
+    path, last, first = _find_exit(
+        path, 0.5 * STRIDE * roadmap.grid.resolution, union, LENGTH_OUTSIDE * inputs.robot_radius
+    )
     if first < 0:
-        return Route(pull_string(np.vstack((path, goal)) if len(known) else path, position, sight, inputs.robot_radius))
-    way, beyond = path[: last + 1], path[first:]
+        return Route(
+            pull_string(np.vstack((path, goal)) if len(known_places) else path, position, sight, inputs.robot_radius)
+        )
+    way, path_beyond = path[: last + 1], path[first:]
     aim = find_frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
     if aim is not None and find_first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
         way = np.vstack((way, aim))
-    return Route(pull_string(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), beyond)
+    return Route(pull_string(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), path_beyond)
 
 
 def find_frontier_point(
-    state: PlannerState, robot_radius: float, inside: np.ndarray, outside: np.ndarray
+    state: PlannerState, robot_radius: float, last_inside: np.ndarray, first_outside: np.ndarray
 ) -> np.ndarray | None:
     """Return the frontier point (2,) of the gap that the path crosses between two places (2,); None without a gap.
 
     It lies as far inside the gap as its probe lies outside.
     """
-    owner = find_cover(state.roadmap.union, *inside, 0.0)
+    owner = find_cover(state.roadmap.union, *last_inside, 0.0)
     gaps = find_gaps(state.roadmap, robot_radius, owner) if owner >= 0 else []
-    crossing = 0.5 * (inside + outside)
-    away = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
-    nearest = [float(each.min()) for each in away]
+    crossing = 0.5 * (last_inside + first_outside)
+    gap_distances = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
+    nearest = [float(each.min()) for each in gap_distances]
     if not gaps or min(nearest) > NEXT_TO * robot_radius:
         return None
     k = nearest.index(min(nearest))
-    line, probe, along = gaps[k].line, gaps[k].probe, measure_arc_lengths(gaps[k].line)
-    at = along[away[k].argmin()]
-    at += np.clip(0.5 * along[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)
-    on, out = (np.array([np.interp(at, along, side) for side in points.T]) for points in (line, probe))
+    line, probe, arc_lengths = gaps[k].line, gaps[k].probe, measure_arc_lengths(gaps[k].line)
+    at = arc_lengths[gap_distances[k].argmin()]
+    at += np.clip(0.5 * arc_lengths[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)
+    on, out = (np.array([np.interp(at, arc_lengths, side) for side in points.T]) for points in (line, probe))
     return 2.0 * on - out
 
 
@@ -88,7 +96,7 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
     """Return the optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
     places = np.vstack((roadmap.grid.bounds, roadmap.union.bounds, goal, position))
-    border = AROUND * inputs.robot_radius
+    border = SEARCH_BORDER * inputs.robot_radius
     closures, doubt = roadmap.closures.failed, compute_clearance_uncertainty(inputs)
     params = CostmapParams(inputs.robot_radius, closures, doubt, inputs.swept_radius)
     return compute_cost_to_go(
@@ -99,31 +107,31 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
 def compute_clearance_uncertainty(inputs: PlannerInput) -> float:
     """Return by how much a cell's distance from the hits may be too small, m; less for a robot as small as a cell."""
     cell = inputs.parameters.cell(inputs.robot_radius)
-    half_diagonal, most = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell
-    return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most), 0.0)
+    half_diagonal, most_uncertainty = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell
+    return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most_uncertainty), 0.0)
 
 
 @kernel
-def _find_exit(path, half_cell, union, left):
-    """Return where a path (k, 2) leaves a union for longer than `left`, m, or ends outside.
+def _find_exit(path, half_cell, union, outside_length):
+    """Return where a path (k, 2) leaves a union for longer than `outside_length`, m, or ends outside.
 
     Returns the path, each point moved to a place inside in its cell if there is one, the index of the last one inside,
     or 0, as the robot may stand a little outside, and of the one where the path has left; -1 if it does not.
     """
-    path, last, outside = path.copy(), 0, 0.0
+    path, last, driven_outside = path.copy(), 0, 0.0
     for i in range(len(path)):
-        inside = False
+        is_inside = False
         for k in range(9):  # the centre, then around it
             turn = 0.25 * math.pi * (k - 1)
             x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
             y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
             if find_cover(union, x, y, 0.0) >= 0:
-                path[i, 0], path[i, 1], inside = x, y, True
+                path[i, 0], path[i, 1], is_inside = x, y, True
                 break
-        if inside:
-            last, outside = i, 0.0
+        if is_inside:
+            last, driven_outside = i, 0.0
         elif i > 0:
-            outside += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
-            if outside >= left or i == len(path) - 1:
+            driven_outside += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+            if driven_outside >= outside_length or i == len(path) - 1:
                 return path, last, i
     return path, last, -1

@@ -36,8 +36,8 @@ def _pull_line(line, regions, radius):
     points = subdivide_polyline(forward, BACKWARD_STEP * radius)[::-1].copy()
     points[0, 0], points[0, 1] = forward[-1, 0], forward[-1, 1]  # without its rounding
     backward = _pull(points, regions, radius)
-    whole = math.hypot(backward[-1, 0] - line[0, 0], backward[-1, 1] - line[0, 1]) <= 1e-6
-    return (backward[::-1][1:] if whole and len(backward) > 1 else forward[1:]).copy()
+    is_whole = math.hypot(backward[-1, 0] - line[0, 0], backward[-1, 1] - line[0, 1]) <= 1e-6
+    return (backward[::-1][1:] if is_whole and len(backward) > 1 else forward[1:]).copy()
 
 
 @kernel
@@ -59,21 +59,22 @@ def find_farthest_in_sight(path, x, y, union, radius):
 
     None is farther along the path than LOOKAHEAD; all in W, m, for a robot of a radius.
     """
-    union, count, along = RegionUnion(*union), 0, 0.0
-    while count < len(path) and along < LOOKAHEAD * radius:
+    union, count, path_length = RegionUnion(*union), 0, 0.0
+    while count < len(path) and path_length < LOOKAHEAD * radius:
         count += 1
         if count < len(path):
-            along += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
+            path_length += math.hypot(path[count, 0] - path[count - 1, 0], path[count, 1] - path[count - 1, 1])
     return find_last_in_sight(path[:count], x, y, union, radius)
 
 
 @kernel
 def _pull(points, regions, radius):
     """Return the first of some points (n, 2), and on from it repeatedly the last one in line of sight."""
-    kept, n, i = np.empty_like(points), 1, 1
-    kept[0, 0], kept[0, 1] = points[0, 0], points[0, 1]  # not as rows: Numba would compile an error's text
+    kept_points, n, i = np.empty_like(points), 1, 1
+    kept_points[0, 0] = points[0, 0]
+    kept_points[0, 1] = points[0, 1]  # not as rows: Numba would compile an error's text
     while i < len(points):
-        i += max(find_last_in_sight(points[i:], kept[n - 1, 0], kept[n - 1, 1], regions, radius), 0)
-        kept[n, 0], kept[n, 1] = points[i, 0], points[i, 1]
+        i += max(find_last_in_sight(points[i:], kept_points[n - 1, 0], kept_points[n - 1, 1], regions, radius), 0)
+        kept_points[n, 0], kept_points[n, 1] = points[i, 0], points[i, 1]
         n, i = n + 1, i + 1
-    return kept[:n]
+    return kept_points[:n]

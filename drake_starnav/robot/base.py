@@ -59,7 +59,7 @@ class Base(Protocol):
             twist: shape (n, ...), with the components first: one twist, or many.
         """
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
+    def proposals(self, desired_twist: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Twists to try for a desired one, the best first: itself."""
 
     def twist_towards(

@@ -33,9 +33,9 @@ class Car(Differential):
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[0] * twist[1]
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> np.ndarray:
+    def proposals(self, desired_twist: np.ndarray, limits: Limits) -> np.ndarray:
         """Slower, and steering otherwise; last it steers standing."""
-        v, bend = desired
+        v, bend = desired_twist
         steered_rates = [limit_value(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
         rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered_rates]
         return np.array([*rows, (0.0, bend)])

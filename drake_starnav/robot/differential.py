@@ -34,10 +34,10 @@ class Differential:
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return twist[0], twist[1]
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
+    def proposals(self, desired_twist: np.ndarray, limits: Limits) -> Iterable[np.ndarray]:
         """Slower, and turning less or the other way; made one by one, as the first is mostly accepted."""
-        yield desired
-        yield from SHARES[1:] * desired
+        yield desired_twist
+        yield from SHARES[1:] * desired_twist
 
     def twist_towards(
         self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits

@@ -60,13 +60,13 @@ def make_turning_twist(heading, speed, limits):
 
 
 @leaf
-def compute_stopping_speed(left, braking):
+def compute_stopping_speed(distance, braking):
     """The speed from which a robot comes to rest after what is left: in m, m/s and m/s^2, or the same in rad.
 
     In proportion at the end, without a jump of the deceleration, and never more than `braking`.
     """
     soft = braking / STOPPING_GAIN**2
-    return STOPPING_GAIN * left if left < soft else math.sqrt(2.0 * braking * (left - 0.5 * soft))
+    return STOPPING_GAIN * distance if distance < soft else math.sqrt(2.0 * braking * (distance - 0.5 * soft))
 
 
 @leaf

@@ -9,7 +9,7 @@ from drake_starnav.robot.base import MOVE
 from drake_starnav.robot.differential import TURN, TURN_COST
 from drake_starnav.robot.limits import Limits, compute_stopping_speed, limit_value
 
-ASIDE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
+OFF_COURSE = (0.0, 0.35, -0.35, 0.7, -0.7, 1.2, -1.2)
 """Directions that are tried beside the desired one, rad."""
 SHARES = (1.0, 0.6, 0.3, 0.12)
 """Shares of the desired speed that are tried in each direction."""
@@ -36,10 +36,10 @@ class Omnidirectional:
     def body_rates(self, twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.copysign(np.hypot(twist[0], twist[1]), twist[0]), twist[2]
 
-    def proposals(self, desired: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
+    def proposals(self, desired_twist: np.ndarray, limits: Limits) -> Iterator[np.ndarray]:
         """Slower, past what is in the way, and without turning; last only turning."""
-        x, y, omega = desired.tolist()
-        for a in ASIDE:
+        x, y, omega = desired_twist.tolist()
+        for a in OFF_COURSE:
             turned_x, turned_y = math.cos(a) * x - math.sin(a) * y, math.sin(a) * x + math.cos(a) * y
             for share in SHARES:
                 yield np.array((share * turned_x, share * turned_y, omega))

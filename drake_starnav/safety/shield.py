@@ -22,7 +22,7 @@ from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear, star_covers
 def shield_twist(
     pose: np.ndarray,
     twist: np.ndarray,
-    desired: np.ndarray,
+    desired_twist: np.ndarray,
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
 ) -> tuple[np.ndarray, bool]:
@@ -36,9 +36,9 @@ def shield_twist(
     star = only_certificate.sufficient_star if isinstance(only_certificate, Clear) else None
     if star is not None:
         driven_twist, places = np.empty(len(twist)), actuation.footprint.cover
-        if _can_drive(pose, twist, desired, actuation.numbers, star, places, driven_twist):
+        if _can_drive(pose, twist, desired_twist, actuation.numbers, star, places, driven_twist):
             return driven_twist, True
-    target, is_certified = find_certified_twist(pose, twist, desired, certificates, actuation)
+    target, is_certified = find_certified_twist(pose, twist, desired_twist, certificates, actuation)
     return ramp_twist(twist, target, actuation), is_certified
 
 
@@ -61,7 +61,7 @@ def _can_drive(pose, twist, target, numbers, star, places, driven_twist):
 def find_certified_twist(
     pose: np.ndarray,
     twist: np.ndarray,
-    desired: np.ndarray,
+    desired_twist: np.ndarray,
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
 ) -> tuple[np.ndarray, bool]:
@@ -70,7 +70,7 @@ def find_certified_twist(
     Args:
         pose: (x, y, yaw) of the robot in W, m and rad.
         twist: commanded now.
-        desired: to certify, within the robot's limits.
+        desired_twist: to certify, within the robot's limits.
         certificates: that must accept the motion.
         actuation: what commands do.
 
@@ -78,14 +78,14 @@ def find_certified_twist(
         The twist, and whether any motion was certified; if not, the twist brakes.
     """
     base, limits = actuation.base, actuation.limits
-    for target in base.proposals(desired, limits):
+    for target in base.proposals(desired_twist, limits):
         if all_accept(roll_out(pose, twist, target, actuation), certificates):
             return target, True
-    return make_braking_twist(twist, desired, limits, actuation.footprint.is_disc), False
+    return make_braking_twist(twist, desired_twist, limits, actuation.footprint.is_disc), False
 
 
 @register_jitable
-def make_braking_twist(twist, desired, limits, is_disc):
+def make_braking_twist(twist, desired_twist, limits, is_disc):
     """Return the twist that brakes: a car keeps its curvature; a disc that stands may turn: it covers no new ground."""
     squared, target = 0.0, np.zeros(len(twist))
     for speed in twist[:-1]:
@@ -93,7 +93,7 @@ def make_braking_twist(twist, desired, limits, is_disc):
     if limits.steers > 0.0:
         target[-1] = twist[-1]
     elif is_disc and squared <= 2.0 * limits.max_deceleration * STOPPED_DISTANCE:
-        target[-1] = desired[-1]
+        target[-1] = desired_twist[-1]
     return target
 
 

@@ -14,7 +14,7 @@ from drake_starnav.surroundings.surroundings import Surroundings
 
 SHORTEST_WAY = 0.2
 """Nothing that stands obstructs a robot that is certified to drive farther than this, in its cover radii."""
-AVOIDED = 6.0
+AVOIDED_WITHIN = 6.0
 """What moves obstructs it within this distance, and it may be giving way."""
 
 
@@ -107,7 +107,7 @@ def _describe_hit_beside(star: CertifiedStar, scan: LaserScan, shape: Footprint,
 
 def _describe_mover(scan: LaserScan, robot_radius: float) -> str:
     """Return where the nearest obstacle that moves is, if any is near."""
-    if not (scan.distances[scan.moving] <= AVOIDED * robot_radius).any():
+    if not (scan.distances[scan.moving] <= AVOIDED_WITHIN * robot_radius).any():
         return ""
     return f"too near: an obstacle that moves, {describe_nearest(scan, scan.moving)}"
 

@@ -33,7 +33,7 @@ BODY_SLACK = 0.001
 """Views may begin this far outside the robot, m: within the margin that is kept from everything, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
-SURFACE, STANDER, DOUBTED, MOVER, OPEN, FREE = range(6)
+SURFACE, STANDER, DOUBTED_HIT, MOVER, OPEN, FREE = range(6)
 """Where a ray ends: at what is STATIC, STANDING, UNKNOWN or DYNAMIC, by these numbers, at unknown space, at its end."""
 PlacedBeams = tuple[Beams, np.ndarray]
 """Beams of a view, and its pose (x, y, yaw) in the robot's frame B."""
@@ -59,12 +59,12 @@ def make_polar_image(
     outer_range = _own_reach(footprint) + BODY_SLACK
     distance, kind, farthest_range = _follow_rays(scans, mounts, outer_range, earlier)
     for scan, mount in zip(scans, mounts, strict=True):
-        kinds = np.where(scan.mappable, np.where(scan.may_leave, STANDER, SURFACE), DOUBTED)
+        kinds = np.where(scan.mappable, np.where(scan.may_leave, STANDER, SURFACE), DOUBTED_HIT)
         _add_thin_obstacles(distance, kind, smooth_hits(scan, mount), kinds[scan.hits])
     if earlier:
         remembered_hits = find_remembered_hits(views, earlier)
         _add_thin_obstacles(distance, kind, remembered_hits, np.full(len(remembered_hits.points), SURFACE))
-    ranges = np.where(kind <= DOUBTED, distance, np.where(kind == FREE, math.inf, math.nan))
+    ranges = np.where(kind <= DOUBTED_HIT, distance, np.where(kind == FREE, math.inf, math.nan))
     has_motion = any(scan.motion is not None for scan in scans)
     motion = np.where(kind <= MOVER, kind, SURFACE) if has_motion else None
     return LaserScan(
@@ -172,7 +172,7 @@ class _Crossings(NamedTuple):
     Attributes:
         distance: shape (BEARINGS, CROSSINGS), m.
         view: bit of the lidar whose view the edge bounds, of that shape.
-        kind: SURFACE, STANDER, DOUBTED, MOVER or OPEN, of that shape.
+        kind: SURFACE, STANDER, DOUBTED_HIT, MOVER or OPEN, of that shape.
         number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
         inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
             times.
@@ -206,7 +206,7 @@ def _cross_view(crossings, beams, place, sees_place, bit):
         a, b = distance[i], distance[j]
         if hits[i] and hits[j] and compute_third_side(a, b, seam if j == 0 else cosine) < connected_chord:
             both = beams.kinds[i] & beams.kinds[j]
-            kinds[2 * i] = DOUBTED if not both & MAPPABLE else STANDER if both & MAY_LEAVE else SURFACE
+            kinds[2 * i] = DOUBTED_HIT if not both & MAPPABLE else STANDER if both & MAY_LEAVE else SURFACE
         else:
             kinds[2 * i] = MOVER if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
             a = b = min(a, b, sight)
@@ -271,7 +271,7 @@ def _walk_rays(crossings, body, farthest_range, current_views):
             if t >= farthest_range:
                 reached_range = farthest_range
                 break
-            if kinds[k, i] <= DOUBTED and (view[k, i] <= current_views or is_inside & (view[k, i] - 1) == 0):
+            if kinds[k, i] <= DOUBTED_HIT and (view[k, i] <= current_views or is_inside & (view[k, i] - 1) == 0):
                 reached_range, end[k] = t, kinds[k, i]
                 break
             is_inside ^= view[k, i]

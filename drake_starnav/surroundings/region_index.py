@@ -19,22 +19,22 @@ SPARE_CELLS = 8
 """Cells more than it needs that a grid which grows gets, on the sides that grow."""
 
 
-def index_regions(union: RegionUnion, before: RegionUnion, news: np.ndarray) -> RegionUnion:
+def index_regions(union: RegionUnion, previous_union: RegionUnion, news: np.ndarray) -> RegionUnion:
     """Return a union with an index.
 
     Args:
         union: to index.
-        before: an indexed union with the same regions in its rows, with the same centres and bearings.
+        previous_union: an indexed union with the same regions in its rows, with the same centres and bearings.
         news: indices of the regions that are new or have other values, shape (k,).
     """
     values = union.values[news]
     for row, k in zip(values, news.tolist(), strict=True):
-        if k < before.size:  # where it has shrunk, it lies in the cells that it had
-            row *= row > before.values[k]
+        if k < previous_union.size:  # where it has shrunk, it lies in the cells that it had
+            row *= row > previous_union.values[k]
     has_grown = values.any(axis=1)
     news, values = news[has_grown], values[has_grown]
     low, high = _find_touched_cells(union, news, values)
-    old, first = before.marks, before.corner
+    old, first = previous_union.marks, previous_union.corner
     last = first + old.shape[:2]
     if not old.size:
         first, last = low, low

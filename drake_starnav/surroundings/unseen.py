@@ -206,13 +206,13 @@ def _inflate_part(frame, body, k, margin):
     start, end, size = 0, 1, margin + (0.0 if len(stops) else body.radius)
     if len(stops):
         start, end = (stops[k - 1] if k > 0 else 0), stops[k]
-    out, most = [], 2.0 * math.acos(size / (size + EXCESS))
+    out, widest_angle = [], 2.0 * math.acos(size / (size + EXCESS))
     for j in range(start, end):
         u, v, first, turn = 0.0, 0.0, 0.0, TURN
         if len(stops):
             (a, b), (c, d) = normals[j - 1 if j > start else end - 1], normals[j]
             (u, v), first, turn = vertices[j], math.atan2(b, a), math.atan2(a * d - b * c, a * c + b * d)
-        count = math.ceil(turn / most)
+        count = math.ceil(turn / widest_angle)
         for t in range(count):
             angle, corner_distance = first + turn * (t + 0.5) / count, size / math.cos(0.5 * turn / count)
             p, q = u + corner_distance * math.cos(angle), v + corner_distance * math.sin(angle)
@@ -236,10 +236,10 @@ def _make_occluded_polygon(part, ends, center, out):
         third = third and ex * (py - ay) - ey * (px - ax) >= 0.0
     if first or second or third:
         return 0
-    within = np.empty((n + 4, 2))
+    clipped_part = np.empty((n + 4, 2))
     n = clip_by_half_plane(part, n, ay, -ax, ay * cx - ax * cy, out)
-    n = clip_by_half_plane(out, n, -by, bx, bx * cy - by * cx, within) if n > 2 else 0
-    n = clip_by_half_plane(within, n, -ey, ex, ex * (cy + ay) - ey * (cx + ax), out) if n > 2 else 0
+    n = clip_by_half_plane(out, n, -by, bx, bx * cy - by * cx, clipped_part) if n > 2 else 0
+    n = clip_by_half_plane(clipped_part, n, -ey, ex, ex * (cy + ay) - ey * (cx + ax), out) if n > 2 else 0
     area = 0.0
     for k in range(n):
         j = k + 1 if k + 1 < n else 0
@@ -255,8 +255,8 @@ def find_initial_disc_radius(footprint: Footprint, margin: float, offset: float)
         margin: kept around it, m.
         offset: of the lidar ahead of its axis, m: it may see nothing farther back.
     """
-    body, here = footprint.body, np.array((0.0, 0.0, 1.0, 0.0))
-    corners = np.vstack([_inflate_part(here, body, k, margin) for k in range(max(len(footprint.parts), 1))])
-    beside = float(np.abs(corners[:, 1]).max())
-    ahead = offset + 2.0 * TURN / BINS * beside  # a view counts by whole bins
-    return max(float(np.hypot(*corners.T).max()), math.hypot(beside, ahead)) + ROUNDING
+    body, origin_frame = footprint.body, np.array((0.0, 0.0, 1.0, 0.0))
+    corners = np.vstack([_inflate_part(origin_frame, body, k, margin) for k in range(max(len(footprint.parts), 1))])
+    half_width = float(np.abs(corners[:, 1]).max())
+    front_distance = offset + 2.0 * TURN / BINS * half_width  # a view counts by whole bins
+    return max(float(np.hypot(*corners.T).max()), math.hypot(half_width, front_distance)) + ROUNDING

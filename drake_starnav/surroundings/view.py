@@ -150,10 +150,10 @@ def make_view(scan: LaserScan, mount: Mount, robot_pose: np.ndarray, previous: V
     if previous is not None and scan.time_increment:
         scan = deskew_scan(scan, mount.find_lidar_pose(previous.robot_pose), previous.time, pose, own_reach)
     history = HitHistory() if previous is None else previous.hit_history
-    scan, confirmed, history = params.filter_scan(scan, pose, history, own_reach)
-    if confirmed is not scan or not scan.beams.complete:
-        confirmed = confirmed.again(confirmed.ranges, thinnest=math.inf)
-    return View(scan, confirmed, mount, robot_pose, history, params)
+    scan, confirmed_scan, history = params.filter_scan(scan, pose, history, own_reach)
+    if confirmed_scan is not scan or not scan.beams.complete:
+        confirmed_scan = confirmed_scan.again(confirmed_scan.ranges, thinnest=math.inf)
+    return View(scan, confirmed_scan, mount, robot_pose, history, params)
 
 
 def carry_view(view: View, robot_pose: np.ndarray, time: float) -> View:
@@ -162,10 +162,10 @@ def carry_view(view: View, robot_pose: np.ndarray, time: float) -> View:
         return view
     mount = Mount(*find_pose_in_frame(robot_pose, np.array(view.pose)), upside_down=False)
     scan = align_with_robot(dataclasses.replace(view.scan, time=time), mount)
-    confirmed = scan
+    confirmed_scan = scan
     if view.confirmed_scan is not view.scan:
-        confirmed = align_with_robot(dataclasses.replace(view.confirmed_scan, time=time), mount)
-    return View(scan, confirmed, mount, robot_pose, view.hit_history, view.params)
+        confirmed_scan = align_with_robot(dataclasses.replace(view.confirmed_scan, time=time), mount)
+    return View(scan, confirmed_scan, mount, robot_pose, view.hit_history, view.params)
 
 
 def smooth_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMOOTHED) -> Hits:
@@ -176,9 +176,9 @@ def smooth_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMO
 @kernel
 def make_hits(beams, smoothing, x, y):
     """Return points and half gaps of `smooth_hits`, of beams that start at (x, y)."""
-    measured, hits = average_neighbours(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
-    points = place_ends(beams.directions, np.maximum(measured, NEAREST), hits, x, y, 1.0, 0.0)
-    return points, measure_half_gaps(measured, beams)[hits]
+    smoothed_ranges, hits = average_neighbours(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
+    points = place_ends(beams.directions, np.maximum(smoothed_ranges, NEAREST), hits, x, y, 1.0, 0.0)
+    return points, measure_half_gaps(smoothed_ranges, beams)[hits]
 
 
 def find_near_hits(view: View, reach: float) -> Hits:
@@ -192,6 +192,6 @@ def find_near_hits(view: View, reach: float) -> Hits:
 def _find_near_hits(beams, smoothing, place, reach, position, yaw):
     """Return points and half gaps of `find_near_hits`, of a lidar at a place in B."""
     points, gaps = make_hits(beams, smoothing, place[0], place[1])
-    near = np.hypot(points[:, 0], points[:, 1]) < reach
+    is_near = np.hypot(points[:, 0], points[:, 1]) < reach
     cosine, sine = math.cos(yaw), math.sin(yaw)
-    return place_ends(points, np.ones(len(points)), near, position[0], position[1], cosine, sine), gaps[near]
+    return place_ends(points, np.ones(len(points)), is_near, position[0], position[1], cosine, sine), gaps[is_near]

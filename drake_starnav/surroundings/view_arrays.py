@@ -13,7 +13,7 @@ from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_history import ViewHistory
 
-AROUND = 1.5
+WIDE_ANGLE = 1.5
 """A polygon that spans a wider angle, rad, may lie around the lidar of a view."""
 NOWHERE = (math.nan,) * 3
 
@@ -56,9 +56,9 @@ def _robot_frames(poses, robots):
         (x, y, yaw), (dx, dy, turn) = poses[k], robots[k]
         cosine, sine = math.cos(yaw), math.sin(yaw)
         frames[k, 0], frames[k, 1] = x + dx * cosine - dy * sine, y + dx * sine + dy * cosine
-        turned = yaw + turn
-        turned -= TURN * round(turned / TURN)
-        frames[k, 2], frames[k, 3] = math.cos(turned), math.sin(turned)
+        robot_yaw = yaw + turn
+        robot_yaw -= TURN * round(robot_yaw / TURN)
+        frames[k, 2], frames[k, 3] = math.cos(robot_yaw), math.sin(robot_yaw)
     return frames
 
 
@@ -71,57 +71,57 @@ def view_covers(k, views, part, n):
     if body_covers(views.robot_frames[k], views.body, part, n, views.body.radius + ROUNDING)[0]:
         return True
     x, y, yaw = views.poses[k]
-    far, mx, my = 0.0, 0.0, 0.0
+    farthest_distance, mx, my = 0.0, 0.0, 0.0
     for i in range(n):
         dx, dy = part[i, 0] - x, part[i, 1] - y
-        far, mx, my = max(far, dx * dx + dy * dy), mx + dx, my + dy
-    far, left, right = math.sqrt(far), 0.0, 0.0
+        farthest_distance, mx, my = max(farthest_distance, dx * dx + dy * dy), mx + dx, my + dy
+    farthest_distance, left_angle, right_angle = math.sqrt(farthest_distance), 0.0, 0.0
     for i in range(n):
         dx, dy = part[i, 0] - x, part[i, 1] - y
-        off = math.atan2(mx * dy - my * dx, mx * dx + my * dy)
-        left, right = max(left, off), min(right, off)
+        off_angle = math.atan2(mx * dy - my * dx, mx * dx + my * dy)
+        left_angle, right_angle = max(left_angle, off_angle), min(right_angle, off_angle)
     free, step = views.visible_ranges[k], TURN / BINS
     first, last = 0, BINS - 1
-    if left - right < AROUND:  # else it may lie around the lidar
+    if left_angle - right_angle < WIDE_ANGLE:  # else it may lie around the lidar
         bearing = math.atan2(my, mx) - yaw
-        first = int(math.floor((bearing + right) / step + ROUNDING))  # not the bin that it only touches
-        last = max(int(math.floor((bearing + left) / step - ROUNDING)), first)
+        first = int(math.floor((bearing + right_angle) / step + ROUNDING))  # not the bin that it only touches
+        last = max(int(math.floor((bearing + left_angle) / step - ROUNDING)), first)
     for b in range(first, last + 1):  # noqa: SIM110 - Numba takes no generator
-        if free[b % BINS] < far:
+        if free[b % BINS] < farthest_distance:
             return False
     return True
 
 
 @kernel
-def body_covers(frame, body, part, n, within):
+def body_covers(frame, body, part, n, tolerance):
     """Return whether a body covers a polygon by one of its parts; else an edge that parts what it covers of it.
 
-    The edge is its normal and offset, W; zeros: none. A polygon whose first corner is farther than `within` from the
+    The edge is its normal and offset, W; zeros: none. A polygon whose first corner is farther than `tolerance` from the
     body's place (m) is not looked at.
     """
     (x, y, cosine, sine), (nx, ny, offset) = frame, (0.0, 0.0, 0.0)
-    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= within:
+    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= tolerance:
         return False, nx, ny, offset
-    start, stops, inside = 0, body.polygons.ends, len(body.polygons.ends) == 0
+    start, stops, is_inside = 0, body.polygons.ends, len(body.polygons.ends) == 0
     for i in range(n):
-        inside = inside and math.hypot(part[i, 0] - x, part[i, 1] - y) <= body.radius + ROUNDING
+        is_inside = is_inside and math.hypot(part[i, 0] - x, part[i, 1] - y) <= body.radius + ROUNDING
     for end in stops:
-        inside, cut = True, (0.0, 0.0, 0.0)
+        is_inside, cut = True, (0.0, 0.0, 0.0)
         for e in range(start, end):
             a, b = body.polygons.normals[e]
             a, b = cosine * a - sine * b, sine * a + cosine * b
-            most, low, high = body.polygons.offsets[e] + a * x + b * y, np.inf, -np.inf
+            edge_offset, low, high = body.polygons.offsets[e] + a * x + b * y, np.inf, -np.inf
             for i in range(n):
-                along = a * part[i, 0] + b * part[i, 1] - most
-                low, high = min(low, along), max(high, along)
-            inside = inside and high <= ROUNDING
+                edge_distance = a * part[i, 0] + b * part[i, 1] - edge_offset
+                low, high = min(low, edge_distance), max(high, edge_distance)
+            is_inside = is_inside and high <= ROUNDING
             if low > -ROUNDING and high > ROUNDING:  # it is beside this part
                 cut = 0.0, 0.0, 0.0
                 break
             if high > ROUNDING:
-                cut = a, b, most
-        if inside:
+                cut = a, b, edge_offset
+        if is_inside:
             break
         nx, ny, offset = (nx, ny, offset) if nx != 0.0 or ny != 0.0 else cut
         start = end
-    return inside, nx, ny, offset
+    return is_inside, nx, ny, offset

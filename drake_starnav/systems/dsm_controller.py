@@ -82,18 +82,20 @@ class DsmController(Controller):
     def _read(self, context: Context) -> tuple[ControllerInputs, TrackedObstacles | None]:
         pose, surroundings = self._state.Eval(context)[:3], self._surroundings.Eval(context)
         twist = UNUSED_TWIST if self._twist is None else self._twist.Eval(context)
-        inputs, tracked = ControllerInputs(pose, twist, self._guidance.Eval(context), surroundings), None
+        inputs, tracked_obstacles = ControllerInputs(pose, twist, self._guidance.Eval(context), surroundings), None
         if self._obstacles is not None and self._tracks is not None:
             tracks = self._tracks.Eval(context)
-            tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-        return inputs, tracked
+            tracked_obstacles = TrackedObstacles(
+                tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles
+            )
+        return inputs, tracked_obstacles
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
-        inputs, tracked = read
+        inputs, tracked_obstacles = read
         proposal = self._follow(inputs, self._robot)
-        if tracked is None:
+        if tracked_obstacles is None:
             return proposal
         surroundings, position, actuation = inputs.surroundings, inputs.pose[:2], self._actuation
-        certificates = make_certificates(surroundings, self._margin, actuation, position, tracked)
-        twist = avoid_collision(inputs, tracked, certificates, actuation, self._robot)
+        certificates = make_certificates(surroundings, self._margin, actuation, position, tracked_obstacles)
+        twist = avoid_collision(inputs, tracked_obstacles, certificates, actuation, self._robot)
         return proposal if twist is None else proposal._replace(twist=twist)

@@ -63,6 +63,6 @@ class JumpGuard(LeafSystem):
         return x, y, context.get_time() if has_jumped else jump_time
 
     def _guarded(self, context: Context) -> Surroundings:
-        seen, jump_time = self._surroundings.Eval(context), self._watched(context)[2]
-        oldest_pose_time = seen.previous_time if self._rolling else seen.time
-        return seen.without_views_before(jump_time) if oldest_pose_time >= jump_time else Surroundings.unknown()
+        surroundings, jump_time = self._surroundings.Eval(context), self._watched(context)[2]
+        oldest_pose_time = surroundings.previous_time if self._rolling else surroundings.time
+        return surroundings.without_views_before(jump_time) if oldest_pose_time >= jump_time else Surroundings.unknown()

@@ -65,16 +65,18 @@ class ObstacleTracker(LeafSystem):
     def _stamp(self, context: Context) -> float:
         return find_newest([port.Eval(context) for port in self._scans])
 
-    def _step_state(self, context: Context, before: tuple[TrackerState, ...]) -> tuple[TrackerState, ...]:
-        scans, pose, next_states = [port.Eval(context) for port in self._scans], self._pose.Eval(context), list(before)
+    def _step_state(self, context: Context, previous_states: tuple[TrackerState, ...]) -> tuple[TrackerState, ...]:
+        scans = [port.Eval(context) for port in self._scans]
+        pose = self._pose.Eval(context)
+        next_states = list(previous_states)
         time = find_newest(scans)
-        new = [k for k, scan in enumerate(scans) if find_newest([scan]) == time != before[k].tracks.time]
+        new = [k for k, scan in enumerate(scans) if find_newest([scan]) == time != previous_states[k].tracks.time]
         if not new:
-            return before
+            return previous_states
         begin = perf_counter()
         for k in new:
             scan, place = align_with_robot(scans[k], _flip(self._mounts[k])), compose_poses(pose, self._mounts[k][:3])
-            next_states[k] = track(before[k], scan, place, self._obstacles, self._range_deviation)
+            next_states[k] = track(previous_states[k], scan, place, self._obstacles, self._range_deviation)
         self._stopwatch.note("track", begin)
         return tuple(next_states)
 

@@ -78,11 +78,11 @@ class ScanMatcher(LeafSystem):
     def _stamp(self, context: Context) -> float:
         return self._observation.Eval(context).time
 
-    def _step_state(self, context: Context, before: ScanMap) -> ScanMap:
+    def _step_state(self, context: Context, previous_map: ScanMap) -> ScanMap:
         observation = self._observation.Eval(context)
-        if observation.time == before.time:
-            return before
-        return match_scan(before, observation.scan, observation.pose, self._error)
+        if observation.time == previous_map.time:
+            return previous_map
+        return match_scan(previous_map, observation.scan, observation.pose, self._error)
 
     def _moved_observation(self, context: Context) -> Observation:
         return self._moved(self._observation.Eval(context), self._map.Eval(context))
@@ -98,7 +98,7 @@ class ScanMatcher(LeafSystem):
         return self._map.Eval(context).correct_pose(self._scan_pose.Eval(context))
 
     def _uncorrected_guidance(self, context: Context) -> Guidance:
-        return self._moved(self._guidance.Eval(context), self._map.Eval(context), back=True)
+        return self._moved(self._guidance.Eval(context), self._map.Eval(context), is_inverse=True)
 
     def _corrected_certificate(self, context: Context) -> BrakingMotion:
         certificate, known_map = self._certificate.Eval(context), self._map.Eval(context)
@@ -107,6 +107,6 @@ class ScanMatcher(LeafSystem):
         )
 
 
-def _transform(value: Any, known: ScanMap, back: bool = False) -> Any:
+def _transform(value: Any, scan_map: ScanMap, is_inverse: bool = False) -> Any:
     """A value in O, one with a method `moved`, in M; or back."""
-    return value.transformed(invert_pose(known.correction) if back else known.correction)
+    return value.transformed(invert_pose(scan_map.correction) if is_inverse else scan_map.correction)

@@ -53,7 +53,7 @@ class ScanState(Generic[T]):
         self,
         system: LeafSystem,
         initial: T,
-        after: Callable[[Context, T], T],
+        step_state: Callable[[Context, T], T],
         inputs: tuple[InputPort, ...],
         *,
         stamp: Callable[[Context], float],
@@ -62,14 +62,14 @@ class ScanState(Generic[T]):
         Args:
             system: its owner, in whose construction it is made.
             initial: state before the first scan; an immutable snapshot.
-            after: method of the owner: the state after what the inputs show, from the one before; the same object where
-                they show nothing new.
+            step_state: method of the owner: the state after what the inputs show, from the one before; the same
+                object where they show nothing new.
             stamp: method of the owner: time of the scan that the inputs show, s; -inf if they show none.
         """
         initial_state = _Processed(initial)
         self._name, self._initial = type(system).__name__, initial
         self._state = system.DeclareAbstractState(Value[object](initial_state))
-        self._after, self._stamp = weakly(after), weakly(stamp)
+        self._after, self._stamp = weakly(step_state), weakly(stamp)
         self._known = system.DeclareCacheEntry(
             "the state, what was known before the latest scan, and with it",
             ValueProducer(
@@ -107,23 +107,24 @@ class ScanState(Generic[T]):
             next_state, latest = self._next(context, previous_state, stamp), previous_state
         value.set_value((stored_state, latest, next_state))
 
-    def _next(self, context: Context, before: _Processed, stamp: float) -> _Processed:
-        if stamp in (-math.inf, before.ignored):
-            return before
-        if stamp < before.stamp:
-            dropped_count = before.dropped + 1
+    def _next(self, context: Context, previous_state: _Processed, stamp: float) -> _Processed:
+        if stamp in (-math.inf, previous_state.ignored):
+            return previous_state
+        if stamp < previous_state.stamp:
+            dropped_count = previous_state.dropped + 1
             warnings.warn(
-                f"{self._name}: a scan of {stamp:.3f} s came after that of {before.stamp:.3f} s and is dropped; "
+                f"{self._name}: a scan of {stamp:.3f} s came after that of {previous_state.stamp:.3f} s and is "
+                "dropped; "
                 f"{dropped_count} so far",
                 stacklevel=1,
             )
-            return dataclasses.replace(before, ignored=stamp, dropped=dropped_count)
-        value = self._after(context, before.value)
-        if value is before.value:
-            return before
+            return dataclasses.replace(previous_state, ignored=stamp, dropped=dropped_count)
+        value = self._after(context, previous_state.value)
+        if value is previous_state.value:
+            return previous_state
         time = context.get_time()
-        due = 2.0 * time - before.clock - EARLY if before.clock > -math.inf else time
-        return _Processed(value, stamp, time, due, dropped=before.dropped)
+        due = 2.0 * time - previous_state.clock - EARLY if previous_state.clock > -math.inf else time
+        return _Processed(value, stamp, time, due, dropped=previous_state.dropped)
 
     def _step(self, context: Context, state: State) -> EventStatus:
         stored_state, previous_state, latest_state = self._known.Eval(context)

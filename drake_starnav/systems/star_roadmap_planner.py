@@ -112,10 +112,10 @@ class StarRoadmapPlanner(LeafSystem):
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
-        ahead = compute_time_from_rest(
+        time_to_progress = compute_time_from_rest(
             PROGRESS_DISTANCE * robot.shape.cover_radius, robot.max_speed, robot.max_acceleration
         )
-        planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * ahead))
+        planner = dataclasses.replace(planner, progress_timeout=max(planner.progress_timeout, 1.5 * time_to_progress))
         self._planner, self._goal_tolerance = planner, goal_tolerance
         self._step = step or (plan_step if robot.shape.is_disc else plan_with_manoeuvres)
         self._robot, self._margins = robot, margins
@@ -130,30 +130,30 @@ class StarRoadmapPlanner(LeafSystem):
         inputs = self._observation, self._goal, self._heading
         self._plans = ScanState(self, _Plan(initial), self._step_state, inputs, stamp=self._stamp)
         own, depends = StarRoadmapPlanner, {self._plans.ticket}
-        turned, placed = depends | {self._heading.ticket()}, depends | {self._pose.ticket()}
-        declare_value(self, "guidance", Guidance.none(), own._guidance, turned)
-        declare_vector(self, "short_term_goal", 2, own._short_term_goal, placed)
+        heading_depends, pose_depends = depends | {self._heading.ticket()}, depends | {self._pose.ticket()}
+        declare_value(self, "guidance", Guidance.none(), own._guidance, heading_depends)
+        declare_vector(self, "short_term_goal", 2, own._short_term_goal, pose_depends)
         declare_value(self, "planner_state", initial, own._state, depends)
-        depends = placed | {self._surroundings.ticket(), self.time_ticket()}
+        depends = pose_depends | {self._surroundings.ticket(), self.time_ticket()}
         declare_value(self, "status", initial.status, own._status, depends)
         declare_value(self, "blocked_by", "", own._blocked_by, depends)
 
     def _stamp(self, context: Context) -> float:
         return self._observation.Eval(context).time
 
-    def _step_state(self, context: Context, before: _Plan) -> _Plan:
-        seen, goal = self._observation.Eval(context), self._goal.Eval(context)
-        time, moved = seen.time, goal.tolist() != before.goal.tolist()
-        if time == before.time and not moved:
-            return before
-        state, interval = before.state, time - before.time
-        if moved:
+    def _step_state(self, context: Context, previous_plan: _Plan) -> _Plan:
+        observation, goal = self._observation.Eval(context), self._goal.Eval(context)
+        time, has_new_goal = observation.time, goal.tolist() != previous_plan.goal.tolist()
+        if time == previous_plan.time and not has_new_goal:
+            return previous_plan
+        state, interval = previous_plan.state, time - previous_plan.time
+        if has_new_goal:
             if not np.isfinite(goal).all():
                 raise StarnavError(f"the planner's goal is {goal.tolist()}; allowed: finite x and y, m")
             state = state.with_new_goal()
-        now = PlannerInput(
-            seen,
-            seen.pose[:2],
+        planner_input = PlannerInput(
+            observation,
+            observation.pose[:2],
             goal.copy(),
             time,
             self._planner,
@@ -165,13 +165,16 @@ class StarRoadmapPlanner(LeafSystem):
             self._wanted_heading(context),
         )
         begin = perf_counter()
-        after = self._step(state, now)
-        if after.progress.plan_count > state.progress.plan_count:
+        next_state = self._step(state, planner_input)
+        if next_state.progress.plan_count > state.progress.plan_count:
             self._stopwatch.note("plan", begin)
-        stand, since = before.stand, before.since
-        if moved or not distance_to(now.position, stand) <= STAND * now.robot_radius:
-            stand, since = now.position.copy(), time
-        return _Plan(after, now.goal, time, stand, since)
+        standing_place, standing_since = previous_plan.stand, previous_plan.since
+        if (
+            has_new_goal
+            or not distance_to(planner_input.position, standing_place) <= STAND * planner_input.robot_radius
+        ):
+            standing_place, standing_since = planner_input.position.copy(), time
+        return _Plan(next_state, planner_input.goal, time, standing_place, standing_since)
 
     def _keep_outs(self, closed_areas: Sequence[KeepOut]) -> Closures:
         """Return the closed areas as walls: who keeps the least margin from them keeps the areas' own."""
@@ -212,8 +215,8 @@ class StarRoadmapPlanner(LeafSystem):
 
     def _status(self, context: Context) -> PlannerStatus:
         status = self._state(context).status
-        blocked = status is not PlannerStatus.UNREACHABLE and self._blocked_by(context)
-        return PlannerStatus.BLOCKED if blocked else status
+        is_blocked = status is not PlannerStatus.UNREACHABLE and self._blocked_by(context)
+        return PlannerStatus.BLOCKED if is_blocked else status
 
     def _blocked_by(self, context: Context) -> str:
         plan, time = self._plans.Eval(context), context.get_time()
@@ -251,5 +254,5 @@ class StarRoadmapPlanner(LeafSystem):
             return f"too near: {zone}, which the robot keeps out of"
         if not len(path):
             return f"no way is seen that keeps {margin:.3g} m beyond robot.radius"
-        known = "the certificate knows" if knows else "is seen"
-        return f"nothing that {known}: the robot does not follow its guidance"
+        known_text = "the certificate knows" if knows else "is seen"
+        return f"nothing that {known_text}: the robot does not follow its guidance"

@@ -152,8 +152,10 @@ class TwistShield(Unshielded):
             standard = (Clear(surroundings, self._margin, actuation.footprint),)
         else:
             tracks = self._tracks.Eval(context)
-            tracked = TrackedObstacles(tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles)
-            standard = make_certificates(surroundings, self._margin, actuation, position, tracked)
+            tracked_obstacles = TrackedObstacles(
+                tracks, context.get_time() + self._state_lead - tracks.time, self._obstacles
+            )
+            standard = make_certificates(surroundings, self._margin, actuation, position, tracked_obstacles)
         return standard + self.own_certificates, actuation
 
 

@@ -8,7 +8,7 @@ import shapely
 
 from drake_starnav.geometry.footprint import Footprint, find_covered_area, footprint
 from drake_starnav.manoeuvres.manoeuvre import (
-    STUCK,
+    STUCK_TIME,
     TRIES,
     count_reached,
     find_manoeuvre,
@@ -112,7 +112,7 @@ def stuck_for(
 def test_a_robot_that_stands_with_a_path_begins_manoeuvres_gives_its_way_up_and_begins_anew():
     pose, path = np.array((0.0, 0.05, 0.6)), np.array(((1.6, 0.0),))
     states = stuck_for(20.0, [pose], path, body(DOOR, pose))
-    assert not len(states[int(STUCK / 0.1) - 1].poses)
+    assert not len(states[int(STUCK_TIME / 0.1) - 1].poses)
     assert any(len(state.poses) for state in states)
     first = next(k for k, state in enumerate(states) if state.gives_up)
     assert len(states[first].attempts) == TRIES and not len(states[first].poses)
@@ -168,7 +168,7 @@ def test_a_robot_that_turns_on_the_spot_finds_its_way_into_any_dock(name: str, b
             start = rng.uniform((-aside, low, -math.pi), (aside, high, math.pi))
         robot = body(world, start, shape, BASES[base])
         dock = np.array((0.0, 0.0, yaw, 0.03))
-        poses = step_docking(ManoeuvreState(pose=start), dock, start, STUCK + 1.0, robot, PATIENCE).poses
+        poses = step_docking(ManoeuvreState(pose=start), dock, start, STUCK_TIME + 1.0, robot, PATIENCE).poses
         assert len(poses), (yaw, is_bay, start)
         assert math.dist(poses[-1, :2], dock[:2]) < dock[3] and abs(wrap_angle(poses[-1, 2] - yaw)) < 1e-9
         assert all(shapely.distance(find_covered_area(shape, pose[:3]), solid) > MARGIN - 0.002 for pose in poses)
@@ -182,11 +182,11 @@ def test_a_car_at_its_goal_manoeuvres_to_its_heading(yaw: float) -> None:
     car = body(boxes(), start)._replace(
         base=robot.drive, motion_primitives=robot.drive.motion_primitives(SHAPE.radius, robot.limits)
     )
-    now = step_docking(ManoeuvreState(), dock, start, STUCK, car, PATIENCE)
+    now = step_docking(ManoeuvreState(), dock, start, STUCK_TIME, car, PATIENCE)
     assert (len(now.poses) == 0) == (yaw == 0.0)
     if len(now.poses):
         end = now.poses[-1]
         assert math.dist(end[:2], dock[:2]) < 0.13 and abs(math.remainder(end[2] - yaw, 2.0 * math.pi)) < 0.025
-        done = step_docking(now._replace(poses=now.poses[-1:]), dock, end[:3], STUCK + 5.0, car, PATIENCE)
+        done = step_docking(now._replace(poses=now.poses[-1:]), dock, end[:3], STUCK_TIME + 5.0, car, PATIENCE)
         assert not len(done.poses) and not len(step_docking(done, dock, end[:3], 9.0, car, PATIENCE).poses)
         assert len(step_docking(done, dock, start, 9.0, car, PATIENCE).poses)

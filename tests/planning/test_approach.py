@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.approach import INSIDE, SIGHT, list_goal_candidates
+from drake_starnav.planning.approach import INSIDE_TOLERANCE, LINE_CLEARANCE, list_goal_candidates
 from drake_starnav.planning.grid import HIT_ERROR, Grid
 from tests.helpers.scans import RADIUS, seeds
 
@@ -33,7 +33,7 @@ def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
-@pytest.mark.parametrize("tolerance", [0.0, INSIDE * RADIUS])
+@pytest.mark.parametrize("tolerance", [0.0, INSIDE_TOLERANCE * RADIUS])
 def test_without_tolerance_there_is_only_the_goal(tolerance):
     goal = np.array((0.2, 0.0))
     found = list_goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
@@ -52,14 +52,14 @@ def test_places_behind_a_thin_wall_are_none():
     hits = memory(WALL, ((0.5, -2.0), (0.5, 2.0)))
     goal = np.array((0.2, 0.0))
     behind = np.array((-0.35, 0.0))
-    assert hits.distance(behind[None])[0] >= NEEDED and away(behind[None], goal)[0] < 0.65 - INSIDE * RADIUS
+    assert hits.distance(behind[None])[0] >= NEEDED and away(behind[None], goal)[0] < 0.65 - INSIDE_TOLERANCE * RADIUS
     found = list_goal_candidates(hits, goal, 0.65, RADIUS, MARGIN)
     assert (found.places[:, 0] > 0.0).all() and (found.places[:, 0] < 0.5).all()
     assert 0.2 <= found.goal[0] <= 0.3
 
 
 def test_a_goal_at_a_wall_is_seen_from_nowhere():
-    goal = np.array((0.5 * SIGHT * RADIUS, 0.0))
+    goal = np.array((0.5 * LINE_CLEARANCE * RADIUS, 0.0))
     found = list_goal_candidates(memory(WALL), goal, 0.3, RADIUS, MARGIN)
     assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
@@ -77,10 +77,10 @@ def test_any_place_is_within_the_tolerance_in_sight_and_the_nearest_comes_first(
         return
     distance, lengths = hits.distance(found.places), away(found.places, goal)
     assert hits.distance(goal[None])[0] < NEEDED
-    assert lengths.max() <= tolerance - INSIDE * RADIUS + 1e-9 and (np.diff(lengths) >= -1e-9).all()
+    assert lengths.max() <= tolerance - INSIDE_TOLERANCE * RADIUS + 1e-9 and (np.diff(lengths) >= -1e-9).all()
     middle = 0.5 * (found.places + goal)
     nearest = np.hypot(*np.moveaxis(middle[:, None] - points, -1, 0)).min(axis=1)
-    assert nearest.min() > SIGHT * RADIUS - 2.0 * RESOLUTION
+    assert nearest.min() > LINE_CLEARANCE * RADIUS - 2.0 * RESOLUTION
     clear = np.flatnonzero(distance >= NEEDED)
     chosen = clear[0] if len(clear) else np.argmax(distance)
     assert found.goal.tolist() == found.places[chosen].tolist()

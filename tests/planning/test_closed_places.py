@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
-from drake_starnav.planning.closed_places import CLOSED, NOTHING_CLOSED, SPACING, Closures
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, NOTHING_CLOSED, SPACING, Closures
 from drake_starnav.planning.closures import add_latest_node, close_path, find_blocking_zones, reopen_closures
 from drake_starnav.planning.roadmap import replace_regions
 from drake_starnav.surroundings import Observation
@@ -80,7 +80,7 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
             how in ("revised", "emptied")
         ), how
         assert roadmap.grid.distance(kept.all_keep_outs).max() <= roadmap.grid.resolution, how
-        assert not roadmap.union.contains(SQUARE - (0.8 * CLOSED * RADIUS, 0.0)).any(), how
+        assert not roadmap.union.contains(SQUARE - (0.8 * CLOSURE_RADIUS * RADIUS, 0.0)).any(), how
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.closed_places import CLOSED, Closures
-from drake_starnav.planning.closures import AHEAD, AWAY, close_path, reopen_closures
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, Closures
+from drake_starnav.planning.closures import CLOSED_AHEAD, LEAST_CLOSURE_DISTANCE, close_path, reopen_closures
 from drake_starnav.planning.state import ManoeuvreState
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
@@ -32,12 +32,15 @@ def test_where_a_robot_makes_no_progress_its_way_is_closed():
     first, last = states[0], states[-1]
     assert not len(failed(first))
     ((x, y),) = failed(last)
-    assert AWAY * RADIUS - 1e-9 <= np.hypot(x, y) < AHEAD * RADIUS + CLOSED * RADIUS
+    assert LEAST_CLOSURE_DISTANCE * RADIUS - 1e-9 <= np.hypot(x, y) < CLOSED_AHEAD * RADIUS + CLOSURE_RADIUS * RADIUS
     way = np.vstack((np.zeros(2), first.route.path))
     assert distance_to_way(failed(last), way)[0] < RADIUS
-    assert (np.hypot(*(last.route.path - (x, y)).T) > CLOSED * RADIUS).all()
+    assert (np.hypot(*(last.route.path - (x, y)).T) > CLOSURE_RADIUS * RADIUS).all()
     for region in last.roadmap.regions:
-        assert region.contains(BAFFLES.start[:2]) and not region.contains(ring((x, y), 0.95 * CLOSED * RADIUS)).any()
+        assert (
+            region.contains(BAFFLES.start[:2])
+            and not region.contains(ring((x, y), 0.95 * CLOSURE_RADIUS * RADIUS)).any()
+        )
 
 
 @pytest.mark.parametrize(("averted", "turning"), [(1.0, 0.0), (2.0, 0.0), (np.pi - 0.1, 0.0), (1.0, 0.8), (2.0, -0.8)])
@@ -50,7 +53,7 @@ def test_a_robot_closes_its_way_unless_it_still_turns_to_it(averted: float, turn
 def test_a_way_is_closed_at_its_narrowest_place_ahead():
     """In the middle of a door that lies ahead, or just ahead of the robot where there is room."""
     pose = np.zeros(3)
-    for half, expected in ((0.3, (0.6, 0.0)), (1.5, (AWAY * RADIUS, 0.0))):
+    for half, expected in ((0.3, (0.6, 0.0)), (1.5, (LEAST_CLOSURE_DISTANCE * RADIUS, 0.0))):
         walls = [[(0.55, low), (0.65, low), (0.65, high), (0.55, high)] for low, high in ((-2, -half), (half, 2))]
         world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
         now = moment_at(world, pose, np.random.default_rng(0), noise=0.0)
@@ -58,7 +61,7 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
         after = close_path(state, np.array(((1.5, 0.0),)), now)
         np.testing.assert_allclose(failed(after), [expected], atol=0.06)
         assert not len(after.route.path) and len(after.roadmap) >= 1
-        around = ring(failed(after)[0], 0.95 * CLOSED * RADIUS)
+        around = ring(failed(after)[0], 0.95 * CLOSURE_RADIUS * RADIUS)
         assert not after.roadmap.union.contains(around).any()
         assert not after.roadmap.closures.open_part(now.observation.region).contains(around).any()
         again = reopen_closures(after, now)
@@ -103,8 +106,10 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
         after = close_path(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), goal[None], now)
         sides = np.linspace(-half + robot.cover_radius, half - robot.cover_radius, 20)
         away = np.hypot(failed(after)[:, :1] - 1.0, failed(after)[:, 1:] - sides).min(axis=0)
-        assert ((away < CLOSED * robot.cover_radius) | (np.hypot(x - 1.0, sides) < 2.0 * robot.cover_radius)).all()
-        assert (np.hypot(*(failed(after) - pose[:2]).T) > CLOSED * robot.cover_radius).all()
+        assert (
+            (away < CLOSURE_RADIUS * robot.cover_radius) | (np.hypot(x - 1.0, sides) < 2.0 * robot.cover_radius)
+        ).all()
+        assert (np.hypot(*(failed(after) - pose[:2]).T) > CLOSURE_RADIUS * robot.cover_radius).all()
 
 
 def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
@@ -121,7 +126,7 @@ def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
     )
     assert len(after.route.path) and not after.retrying
     np.testing.assert_array_equal(failed(after), closures[1:])
-    assert not after.roadmap.union.contains(ring(closures[1], 0.95 * CLOSED * RADIUS)).any()
+    assert not after.roadmap.union.contains(ring(closures[1], 0.95 * CLOSURE_RADIUS * RADIUS)).any()
 
 
 def test_a_passage_that_cannot_be_driven_is_left_for_another():

@@ -10,8 +10,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.planning import cost_field
-from drake_starnav.planning.bucket_search import UNREACHED
-from drake_starnav.planning.closed_places import CLOSED
+from drake_starnav.planning.bucket_search import UNREACHED_COST
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, CostmapParams, compute_cost_to_go
 from drake_starnav.planning.grid import STRIDE, Coverage, Grid
 from tests.helpers.scans import RADIUS, seeds, wandered
@@ -41,7 +41,7 @@ def at(field: CostField, points: np.ndarray) -> np.ndarray:
         for dj in (-1, 0, 1):
             i, j = np.clip(cells + (di, dj), 0, np.array(field.cost.shape) - 1).T
             near = np.abs(cells + (di, dj) - np.stack((i, j), axis=-1)).max(axis=1) == 0
-            cost = (field.cost[i, j] + UNREACHED) * (field.cell / 100.0) + field.cell * math.hypot(di, dj)
+            cost = (field.cost[i, j] + UNREACHED_COST) * (field.cell / 100.0) + field.cell * math.hypot(di, dj)
             out = np.minimum(out, np.where(near & (field.cost[i, j] < 0), cost, np.inf))
     return out
 
@@ -100,7 +100,7 @@ def test_a_closure_closes_its_disc_and_nothing_else():
     assert not len(way((0.0, 1.4)))  # in the middle of the only door
     np.testing.assert_array_equal(way((2.9, 2.9)), way())
     on = way()[len(way()) // 5]
-    assert np.hypot(*(way(on) - on).T).min() > CLOSED * RADIUS
+    assert np.hypot(*(way(on) - on).T).min() > CLOSURE_RADIUS * RADIUS
 
 
 @settings(max_examples=5)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.closed_places import CLOSED, Closures
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, Closures
 from drake_starnav.planning.frontiers import BEYOND, COVER_SLACK, LEAST, STEP, find_all_gaps, find_gaps
 from drake_starnav.planning.grid import HIT_ERROR
 from drake_starnav.worlds.world import World
@@ -34,7 +34,7 @@ def test_beyond_a_gap_is_no_region_no_hit_and_no_closure(seed):
         assert segment_distance(gap.line[::4, None], start, end).min(axis=1).max() < 1e-9
         assert not roadmap.union.contains(gap.probe, COVER_SLACK * RADIUS).any()
         assert (roadmap.grid.distance(gap.probe) > RADIUS - HIT_ERROR * RADIUS).all()
-        assert (np.hypot(*np.moveaxis(gap.probe[:, None] - closures, -1, 0)) > CLOSED * RADIUS).all()
+        assert (np.hypot(*np.moveaxis(gap.probe[:, None] - closures, -1, 0)) > CLOSURE_RADIUS * RADIUS).all()
 
 
 @settings(max_examples=15)
@@ -74,4 +74,6 @@ def test_what_is_closed_is_no_frontier():
     closure = whole.probe[len(whole.probe) // 3]
     parts = find_all_gaps(with_failed(roadmap, closure[None]), RADIUS)
     lost = length(whole.line) - sum(length(gap.line) for gap in parts)
-    assert 2.0 * CLOSED * RADIUS - 3.0 * STEP * RADIUS < lost < 2.0 * CLOSED * RADIUS + 6.0 * STEP * RADIUS
+    assert (
+        2.0 * CLOSURE_RADIUS * RADIUS - 3.0 * STEP * RADIUS < lost < 2.0 * CLOSURE_RADIUS * RADIUS + 6.0 * STEP * RADIUS
+    )

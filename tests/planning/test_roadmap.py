@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.closed_places import CLOSED
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
     StarRoadmap,
@@ -45,7 +45,10 @@ def test_snapshots_are_unchanged_by_later_ones(seed):
         scan = cast(world, pose)
         add_node(roadmap, observed(scan, pose), MARGINS, RADIUS)
     replace_regions(
-        roadmap, [clear_region(region, np.ones((1, 2)), CLOSED * RADIUS) for region in roadmap.regions], MARGINS, RADIUS
+        roadmap,
+        [clear_region(region, np.ones((1, 2)), CLOSURE_RADIUS * RADIUS) for region in roadmap.regions],
+        MARGINS,
+        RADIUS,
     )
     refit_regions(roadmap, dataclasses.replace(MARGINS, preferred=0.0), RADIUS)
     assert_same(roadmap, copy)

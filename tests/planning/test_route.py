@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning import state as planner_state
-from drake_starnav.planning.closed_places import CLOSED, Closures
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, Closures
 from drake_starnav.planning.frontiers import find_gaps
 from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.monitoring import REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.route import LEFT, SHIFT, _find_exit, find_frontier_point, find_route
+from drake_starnav.planning.route import LENGTH_OUTSIDE, SHIFT, _find_exit, find_frontier_point, find_route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
@@ -108,13 +108,13 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
         barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, closures=closures))
         later = plan_step(barred, now)
         assert later.progress.plan_count == before.progress.plan_count
-        assert not looks_ahead(later) or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSED * RADIUS
+        assert not looks_ahead(later) or float(np.hypot(*(later.guidance.path[0] - aim))) > CLOSURE_RADIUS * RADIUS
     assert turned
 
 
 def left(roadmap: StarRoadmap, path: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Where a path leaves the regions: the last place inside, the first outside, and the index of the former."""
-    path, last, first = _find_exit(path, HALF_CELL, roadmap.union, LEFT * RADIUS)
+    path, last, first = _find_exit(path, HALF_CELL, roadmap.union, LENGTH_OUTSIDE * RADIUS)
     return path[last], path[first], last
 
 
@@ -133,7 +133,11 @@ def test_the_exit_is_where_a_path_leaves_the_regions_for_good(seed):
     around = HALF_CELL * np.array([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1)])
     beyond = (path[after : last + 1, None] + around).reshape(-1, 2)
     assert len(beyond) and not any(region.contains(beyond).any() for region in roadmap.regions)
-    assert LEFT * RADIUS - HALF_CELL <= np.hypot(*(probe - viewpoint)) < LEFT * RADIUS + 0.1 + HALF_CELL + 1e-9
+    assert (
+        LENGTH_OUTSIDE * RADIUS - HALF_CELL
+        <= np.hypot(*(probe - viewpoint))
+        < LENGTH_OUTSIDE * RADIUS + 0.1 + HALF_CELL + 1e-9
+    )
 
 
 def state_of(roadmap: StarRoadmap) -> PlannerState:
