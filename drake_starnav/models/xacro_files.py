@@ -38,7 +38,7 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
         )
     package = str(Path(__file__).parents[2])
     run = subprocess.run(
-        [sys.executable, "-c", f"from {__name__} import _answer_process; _answer_process()"],
+        [sys.executable, "-c", f"from {__name__} import _answer_process; _answer_process({MOST_TIME})"],
         input=json.dumps([str(path), {name: _format_value(value) for name, value in arguments.items()}]).encode(),
         capture_output=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))},
@@ -79,11 +79,11 @@ class _Arguments(dict[str, str]):
         return super().__getitem__(name)
 
 
-def _answer_process() -> None:
+def _answer_process(most_time: int) -> None:
     """Expand the file that standard input names, within the bounds; the answer goes to standard output."""
     import resource
 
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_TIME, MOST_TIME))
+    resource.setrlimit(resource.RLIMIT_CPU, (most_time, most_time))
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     path, arguments = json.load(sys.stdin)

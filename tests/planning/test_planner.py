@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from itertools import count, islice
 
 import numpy as np
 import pytest
@@ -74,23 +75,25 @@ def test_a_way_is_not_given_up_while_what_bars_it_may_stand_aside():
     free = World("door", (0, 0, 0), (3, 0), polygons=boxes)
     barred = dataclasses.replace(free, cylinders=[(1.0, 0.0, 0.45)])
 
-    def state_after(states_of_door: list[tuple[World, int]]) -> PlannerState:
-        state, place = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3)
-        for k, (world, motion) in enumerate(states_of_door):
+    def state_after(*states_of_door: tuple[World, int, int]) -> PlannerState:
+        state, place, goal, times = PlannerState.initial(PARAMETERS, RADIUS), np.zeros(3), np.array(free.goal), count()
+        for world, motion, scans in states_of_door:
             scan = cast(world)
             motions = np.where(np.abs(scan.bearings) < 0.1, motion, STATIC)  # the rest is taken for a wall
-            scan = dataclasses.replace(scan, time=0.1 * k, motion=motions)
-            seen = Observation(make_scan_region(scan, place, RADIUS, MARGINS), scan, place)
-            goal = np.array(world.goal)
-            state = plan_step(state, PlannerInput(seen, place[:2], goal, scan.time, PARAMETERS, MARGINS, RADIUS))
+            scan = dataclasses.replace(scan, motion=motions)
+            region = make_scan_region(scan, place, RADIUS, MARGINS)
+            for time in islice(times, scans):
+                seen = Observation(region, dataclasses.replace(scan, time=0.1 * time), place)
+                given = PlannerInput(seen, place[:2], goal, seen.scan.time, PARAMETERS, MARGINS, RADIUS)
+                state = plan_step(state, given)
         return state
 
     for motion in (UNKNOWN, DYNAMIC):
-        assert state_after([(barred, motion)] * 200).status is not PlannerStatus.UNREACHABLE
-        known = [(barred, STATIC)] * 3 + [(barred, motion)] * 200
-        assert state_after(known).status is not PlannerStatus.UNREACHABLE
-        assert len(state_after([*known, (free, STATIC)]).route.path)
-    assert state_after([(barred, STATIC)] * 200).status is PlannerStatus.UNREACHABLE
+        assert state_after((barred, motion, 200)).status is not PlannerStatus.UNREACHABLE
+        known = (barred, STATIC, 3), (barred, motion, 200)
+        assert state_after(*known).status is not PlannerStatus.UNREACHABLE
+        assert len(state_after(*known, (free, STATIC, 1)).route.path)
+    assert state_after((barred, STATIC, 200)).status is PlannerStatus.UNREACHABLE
 
 
 @pytest.mark.parametrize("half", [1.7, 2.4, 3.0])
@@ -119,10 +122,10 @@ def test_a_robot_that_cannot_move_turns_to_the_only_way_that_its_lidar_has_not_s
 
 def fenced(gap: float) -> World:
     """A goal among poles with gaps of some width between their surfaces, m."""
-    count, radius = 16, 0.02
-    around = 0.5 * (gap + 2.0 * radius) / np.sin(np.pi / count)
-    angle = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
-    poles = np.column_stack((4.2 + around * np.cos(angle), around * np.sin(angle), np.full(count, radius)))
+    number, radius = 16, 0.02
+    around = 0.5 * (gap + 2.0 * radius) / np.sin(np.pi / number)
+    angle = np.linspace(0.0, 2.0 * np.pi, number, endpoint=False)
+    poles = np.column_stack((4.2 + around * np.cos(angle), around * np.sin(angle), np.full(number, radius)))
     return World("fenced", (0.0, 0.0, 0.0), (4.2, 0.0), cylinders=poles, bounds=(-1.0, -3.0, 7.0, 3.0))
 
 

@@ -165,7 +165,7 @@ def late_errors(robot: RobotParameters, delay: float, seed: int) -> tuple[np.nda
     return np.hypot(*off[:, :2].T), np.abs((off[:, 2] + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-@pytest.mark.parametrize("delay", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("delay", [0.1, 1.0])
 @pytest.mark.parametrize("model", ["starbot", "jackal", "omnibot", "carbot"])
 def test_the_margin_covers_where_late_commands_find_the_robot(model, delay):
     quick = [f"robot.max_{name}" for name in ("speed=2", "acceleration=3", "yaw_rate=4", "yaw_acceleration=10")]

@@ -100,7 +100,7 @@ def random_robots(count: int, seed: int) -> Iterator[RobotParameters]:
 def test_random_bodies_are_what_is_declared() -> None:
     """Each robot that is accepted covers its footprint and no more."""
     accepted = 0
-    for robot in random_robots(60, seed=2):
+    for robot in random_robots(40, seed=2):
         try:
             plant = covered_by_plant(robot)
         except StarnavError as error:
@@ -110,7 +110,7 @@ def test_random_bodies_are_what_is_declared() -> None:
         flat = 0.0022 * robot.radius if robot.base == "car" and not robot.footprint else 0.0  # a disc of 48 corners
         assert shapely.hausdorff_distance(plant, declared) < 2e-3 + flat, robot
         assert declared.buffer(1e-3).covers(plant), robot
-    assert accepted > 30
+    assert accepted > 20
 
 
 @pytest.mark.slow

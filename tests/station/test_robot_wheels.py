@@ -109,7 +109,7 @@ ROBOTS = {
 
 @pytest.mark.filterwarnings("ignore:robot model .* joints held still")
 @pytest.mark.parametrize("kind", ROBOTS)
-@pytest.mark.parametrize(("v", "omega"), [(0.4, 0.8), (-0.3, 0.0), (0.0, 1.5)])
+@pytest.mark.parametrize(("v", "omega"), [(-0.4, 0.8), (0.0, 1.5)])
 def test_it_drives_as_it_is_told(tmp_path: Path, kind: str, v: float, omega: float) -> None:
     (tmp_path / "tyre.obj").write_text(tyre(0.06, 0.04), encoding="utf-8")
     x, y, yaw, speed, rate = driven(standing(tmp_path, ROBOTS[kind]), v, omega, 1.5)

@@ -41,7 +41,7 @@ def fingerprint(world: World) -> str:
     return hashlib.sha256(np.array(numbers).tobytes()).hexdigest()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: f"{type(kind).__name__}-{getattr(kind, 'family', '')}")
 def test_solvable_with_five_centimetres_to_spare(kind, seed):
     radius = 0.25
@@ -66,7 +66,7 @@ def test_the_same_world_in_another_process():
 
 
 def test_seeds_and_kinds_differ():
-    worlds = [make_world(kind(), seed, 0.25) for kind in GENERATORS for seed in range(3)]
+    worlds = [make_world(kind(), seed, 0.25) for kind in GENERATORS for seed in range(2)]
     assert len({fingerprint(world) for world in worlds}) == len(worlds)
     yaws = [world.start[2] for world in worlds if world.name != "stop_and_go"]  # there the robot faces the goal
     assert len(set(yaws)) == len(yaws)

@@ -10,7 +10,7 @@ from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
 TIMES = np.arange(0.0, 200.0, 0.05)
-WORLDS = [(Crowd(), seed) for seed in range(2)] + [(Crowd(width=20.0), seed) for seed in range(2)]
+WORLDS = [(Crowd(), 0), (Crowd(width=20.0), 1)]
 
 
 @pytest.mark.parametrize(("kind", "seed"), WORLDS)
@@ -66,7 +66,7 @@ def legs(world: World) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(step[:, 0], np.hypot(step[:, 1], step[:, 2]) / step[:, 0]) for step in steps]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_each_disc_stands_first_and_then_walks_at_one_speed(seed: int) -> None:
     kind = StopAndGo()
     world = make_world(kind, seed, RADIUS)

@@ -13,7 +13,7 @@ WALL = 0.1
 KINDS = [Rooms(goal=goal, goal_clearance=spare) for goal in ("wall", "corner", "niche") for spare in (0.02, 0.1)]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: f"{kind.goal}-{kind.goal_clearance}")
 def test_the_goal_is_reached_and_as_close_to_its_walls_as_asked(kind, seed):
     world = make_world(kind, seed, RADIUS)
@@ -37,8 +37,7 @@ def doors(world, kind: Rooms) -> dict[tuple[int, int, int], float]:
 
 
 @pytest.mark.parametrize("shut", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize(("count", "seed"), [(2, 0), (4, 1)])
 def test_doors_are_as_wide_as_asked_and_join_all_rooms(shut, seed, count, monkeypatch):
     monkeypatch.setattr(rooms, "_SHUT", shut)
     kind = Rooms(count=count, door=0.8)
