@@ -37,7 +37,7 @@ def test_a_robot_in_a_crowd_never_runs_into_anything(seed: int) -> None:
     assert drive(scene, START, GOAL, STRICT, seed=seed, duration=15.0).outcome != "collision"
 
 
-@pytest.mark.parametrize("offset", [-0.2, -0.1, -0.01, 0.0, 0.01, 0.1])
+@pytest.mark.parametrize("offset", [-0.2, 0.0, 0.01])
 @pytest.mark.parametrize(
     ("robot", "speed", "caution"),
     [(ROBOT, 0.6, 1.0), (ROBOT, 0.6, 0.5), (ROBOT, 0.6, 0.0), (ROBOT, 0.3, 1.0), (AGILE, 0.8, 1.0), (AGILE, 0.8, 0.5)],

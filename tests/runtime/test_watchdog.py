@@ -89,6 +89,7 @@ def test_a_loop_that_is_continued_drives_on(loop) -> None:
     assert told(path)[-1, 1] == 0.8
 
 
+@pytest.mark.realtime
 def test_it_is_armed_by_the_first_twist_and_passes_on_at_once(tmp_path) -> None:
     path = tmp_path / "told"
     base = Watched(f"{__name__}:FileBase", {"path": str(path)}, RAMP)
