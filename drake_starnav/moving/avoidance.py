@@ -1,9 +1,8 @@
 """Collision avoidance: a search over sequences of manoeuvres for the best way past obstacles that move.
 
-A manoeuvre is held for SEGMENT steps: follow the path, stop, keep the velocity, or drive in a direction, forwards or
-backwards, as the base does it: turning and then driving sideways is one manoeuvre. The first one must begin with a
-twist that the certificates accept. Of each generation the BEAM best rollouts that differ are continued, up to the
-horizon.
+A manoeuvre is held for MANOEUVRE_STEPS steps: follow the path, stop, or drive in a direction as the base does it,
+forwards or backwards: turning and then driving sideways is one manoeuvre. The first one must begin with a twist that
+the certificates accept. Of each generation the BEAM_WIDTH best rollouts that differ are continued, up to the horizon.
 
 In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
 edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
@@ -39,21 +38,20 @@ from drake_starnav.moving.driving_times import (
     compute_times_along,
     find_next_way_point,
 )
-from drake_starnav.moving.modulation import modulate_around_movers
 from drake_starnav.moving.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import Velocity, cap_speed, find_velocity_towards, limit_value, wrap_angle
+from drake_starnav.robot.limits import Velocity, cap_speed, find_velocity_towards, wrap_angle
 from drake_starnav.robot.motion import Actuation, Pose, convert_to_velocity, integrate_step, ramp_velocity, roll_out
 from drake_starnav.safety.certificates import Certificate, all_accept
 from drake_starnav.surroundings.region_union import RegionUnion, covers, find_cover
 
-SEGMENT = 5
-"""Steps of a manoeuvre."""
+MANOEUVRE_STEPS = 5
+"""Steps of a rollout for which it drives a manoeuvre."""
 STEP = 0.1
 """Time step of a rollout, s."""
-BEAM = 16
+BEAM_WIDTH = 8
 """Rollouts that are continued."""
 HEADINGS = 8
 """Directions that are tried."""
@@ -64,8 +62,6 @@ CHANGE_WEIGHT = 0.15
 more comfort and risk than that."""
 COMFORT = 0.4
 """Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature."""
-STANDING_SPACING = 0.4
-"""Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 CONTACT_COST = 8.0
 """w, s."""
 TURNING_RATE = 0.8
@@ -76,80 +72,62 @@ WALL_COST = 0.6
 ARRIVED = 0.48
 """A rollout this near to the end of the path has arrived, in radii of the robot."""
 
-FOLLOW_PATH, KEEP_VELOCITY, DRIVE_IN_DIRECTION = range(3)
-"""Kinds of manoeuvre."""
-MANOEUVRE = np.dtype(
-    [("kind", np.int64), *((name, np.float64) for name in ("speed", "heading", "ahead", "aside", "turning"))]
-)
-"""What the robot may do next: follow the path at a speed, keep a `Velocity`, or drive in a direction at a speed."""
-DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "reach", "hazard")])
-"""A mover at one time: its place and velocity in W, its radius; how far it may come in a second, and, if it turns to
-the robot, before that has left; m and m/s."""
+MANOEUVRE = np.dtype([("speed", np.float64), ("heading", np.float64), ("follows_path", np.bool_)])
+"""What the robot may do next: follow the path or drive in a direction, at a speed; stop, if that is zero."""
+DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "hazard")])
+"""A mover at one time: its place and velocity in W, its radius, and how far it comes, if it turns to the robot, before
+that has left; m and m/s."""
 ROLLOUT = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
-        *((name, np.int64) for name in ("first_manoeuvre", "way_point", "region")),
+        *((name, np.int64) for name in ("first_manoeuvre", "way_point")),
         *((name, np.float64) for name in ("clearance", "least_clearance")),
         *((name, np.float64) for name in ("change_cost", "comfort_cost", "risk", "cost")),
         *((name, np.float64) for name in ("time", "arrival_time")),
         *((name, np.bool_) for name in ("is_over", "is_held")),
     ]
 )
-"""A rollout: pose and `Velocity` at its end; the manoeuvre it began with, the way point ahead, and the region around
-it; clearance to static obstacles, and the least so far, m; what its first change of velocity, lost comfort, risk and
-all of it costs, s; its time, and that of arrival, s; whether it ended early, and
-whether what might start held the robot."""
+"""A rollout: pose and `Velocity` at its end; the manoeuvre it began with, and the way point ahead; clearance to static
+obstacles, and the least so far, m; what its first change of velocity, lost comfort, risk and all of it costs, s; its
+time, and that of arrival, s; whether it ended early, and whether what might start held the robot."""
 
 
 class Movers(NamedTuple):
     """The obstacles that move or might start, as avoidance sees them.
 
     Attributes:
-        position, velocity: shape (n, 2), of the n that are predicted, now, W, m and m/s.
-        radius: shape (n,), m.
+        radius: shape (n,), of the n that are predicted, m.
         trajectory: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
         may_start: shape (m, 2), places on static objects that might start to move, W, m.
+        age: time since the scan, s.
+        spacing: distance that the certificate keeps from them, m.
+        caution: share of the declared speed that it allows for in all directions.
+        max_speed: that is declared, m/s.
     """
 
-    position: np.ndarray
-    velocity: np.ndarray
     radius: np.ndarray
     trajectory: np.ndarray
     may_start: np.ndarray
+    age: float
+    spacing: float
+    caution: float
+    max_speed: float
 
     @staticmethod
     def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
-        tracks, age, _ = tracked
-        is_predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
-        farthest, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
+        tracks, age, declared = tracked
+        is_predicted, starters = tracks.is_predicted, tracks.possible_starters[:, :2]
+        is_near = np.hypot(*(starters - position).T) < HORIZON * robot.max_speed
         return Movers(
-            position=tracks.position[is_predicted] + age * velocity,
-            velocity=velocity,
             radius=tracks.radius[is_predicted],
             trajectory=tracks.predicted_trajectories[is_predicted],
-            may_start=thin_places(tracks.possible_starters[:, :2], position, farthest, spacing),
+            may_start=np.ascontiguousarray(starters[is_near]),
+            age=float(age),  # a whole number would have all compiled again
+            spacing=float(MOVING_MARGIN * robot.shape.cover_radius + declared.stopping_distance),
+            caution=float(declared.caution),
+            max_speed=float(declared.max_speed),
         )
-
-
-class Settings(NamedTuple):
-    """Numbers of the robot and of what is declared, SI units.
-
-    Attributes:
-        radius: of the robot, m.
-        slowdown: speed per distance to the goal, 1/s; infinite where the path ends at a frontier.
-        age: of the scan, s.
-        spacing: distance that the certificate keeps from movers, m.
-        caution: share of their speed that is allowed for in all directions.
-        mover_speed: that is declared, m/s.
-    """
-
-    radius: float
-    slowdown: float
-    age: float
-    spacing: float
-    caution: float
-    mover_speed: float
 
 
 class Scene(NamedTuple):
@@ -163,7 +141,8 @@ class Scene(NamedTuple):
         hits: shape (k, 2), filtered hits close to the robot, W, m.
         movers: the obstacles that move or might start.
         limits: of the robot.
-        settings: numbers of the robot and of what is declared.
+        radius: of the robot, m.
+        slowdown: speed per distance to the goal, 1/s; infinite where the path ends at a frontier.
     """
 
     line: np.ndarray
@@ -173,25 +152,25 @@ class Scene(NamedTuple):
     hits: np.ndarray
     movers: Movers
     limits: Limits
-    settings: Settings
+    radius: float
+    slowdown: float
 
     @staticmethod
     def of(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters) -> "Scene":
         """Return the scene of what the controller is given."""
-        (pose, _, guidance, surroundings), limits, obstacles = inputs, robot.limits, tracked.parameters
-        settings = Settings(
-            radius=robot.radius,
-            slowdown=compute_goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf,
-            age=tracked.age,
-            spacing=MOVING_MARGIN * robot.shape.cover_radius + obstacles.stopping_distance,
-            caution=obstacles.caution,
-            mover_speed=obstacles.max_speed,
-        )
-        settings = Settings._make(map(float, settings))  # a whole number would have all compiled again
+        (pose, _, guidance, surroundings), limits = inputs, robot.limits
         line = np.vstack((pose[:2], guidance.path if len(guidance.path) else pose[:2]))
-        movers, left = Movers.near(tracked, pose[:2], robot), compute_times_along(line, limits)
-        star, hits = surroundings.certified_star.union, surroundings.near_hits
-        return Scene(line, left, guidance.regions, star, hits, movers, limits, settings)
+        return Scene(
+            line=line,
+            times_left=compute_times_along(line, limits),
+            regions=guidance.regions,
+            star=surroundings.certified_star.union,
+            hits=surroundings.near_hits,
+            movers=Movers.near(tracked, pose[:2], robot),
+            limits=limits,
+            radius=float(robot.radius),
+            slowdown=float(compute_goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf),
+        )
 
 
 def avoid_collision(
@@ -217,10 +196,9 @@ def avoid_collision(
     pose, twist = inputs.pose, inputs.twist
     scene = Scene.of(inputs, tracked, robot)
     start = make_initial_rollout(pose, twist, scene)
-    if is_path_comfortable(start, list_manoeuvres(twist, robot.limits)[:1], scene):
+    manoeuvres = list_manoeuvres(robot.limits)
+    if is_path_comfortable(start, manoeuvres[:1], scene):
         return None
-    around = find_velocity_around(pose, inputs.guidance.path, scene, robot)
-    manoeuvres = list_manoeuvres(twist, robot.limits, around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = convert_to_twist(velocities, actuation.base)
 
@@ -248,42 +226,16 @@ def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene
         scene: what the rollouts share.
     """
     rollout, discs = start.copy(), predict_discs(scene, 0.0, round(HORIZON / STEP))
-    continue_rollout(start[0], follow_path, discs, scene, np.inf, rollout)
+    continue_rollout(start[0], follow_path, discs, scene, rollout)
     ahead = rollout[0]
     return bool(ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"])
 
 
-def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
-    """Return what the robot may do next, shape (n,) of `MANOEUVRE`.
-
-    Args:
-        twist: of the base, commanded last.
-        limits: of the robot.
-        around: a velocity that leads around movers, shape (2,), W, m/s.
-    """
-    max_speed = limits.max_speed
-    rows = [(FOLLOW_PATH, share * max_speed, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
-    kept_velocities = (Velocity(0.0, 0.0, 0.0), convert_to_velocity(twist), Velocity(-0.5 * max_speed, 0.0, 0.0))
-    rows += [(KEEP_VELOCITY, 0.0, 0.0, *velocity) for velocity in kept_velocities]
-    for k in range(HEADINGS):
-        heading = 2.0 * math.pi * k / HEADINGS
-        rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (max_speed, -max_speed)]
-    if around is not None:
-        speed, heading = min(math.hypot(*around), max_speed), math.atan2(around[1], around[0])
-        rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
+def list_manoeuvres(limits: Limits) -> np.ndarray:
+    """Return what the robot may do next, shape (n,) of `MANOEUVRE`; first of all, to follow the path at full speed."""
+    rows = [(share * limits.max_speed, 0.0, True) for share in (1.0, 0.5, 0.0)]
+    rows += [(limits.max_speed, 2.0 * math.pi * k / HEADINGS, False) for k in range(HEADINGS)]
     return np.array(rows, MANOEUVRE)
-
-
-def find_velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
-    """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
-    if not len(path):
-        return None
-    way_vector = path[0] - pose[:2]
-    velocity = robot.max_speed * way_vector / max(math.hypot(*way_vector), 1e-9)
-    movers, settings = scene.movers, scene.settings
-    inflated_radii = movers.radius + robot.radius + settings.spacing
-    around = modulate_around_movers(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
-    return around if math.hypot(*around) > STANDING_SPEED else None
 
 
 def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
@@ -291,37 +243,20 @@ def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> n
     rollout = np.zeros(1, ROLLOUT)
     rollout["x"], rollout["y"], rollout["yaw"] = pose
     rollout["ahead"], rollout["aside"], rollout["turning"] = convert_to_velocity(twist)
-    rollout["way_point"], rollout["region"] = 1, -1
+    rollout["way_point"] = 1
     rollout["arrival_time"] = np.inf
-    hit_distance = min(measure_nearest_hit(pose[0], pose[1], scene.hits), (1.0 + WALL_ZONE) * scene.settings.radius)
-    rollout["clearance"] = rollout["least_clearance"] = max(hit_distance - scene.settings.radius, 0.0)
+    rollout["clearance"] = rollout["least_clearance"] = measure_clearance(pose[0], pose[1], scene)
     return rollout
-
-
-@kernel
-def thin_places(places, position, reach, spacing):
-    """Return the places (n, 2) within `reach` (m) of a position, no two nearer to each other than `spacing` (m)."""
-    kept_places = np.empty((len(places), 2))
-    n = 0
-    for k in range(len(places)):
-        x, y = places[k, 0], places[k, 1]
-        is_apart = math.hypot(x - position[0], y - position[1]) < reach
-        for q in range(n):
-            is_apart = is_apart and (x - kept_places[q, 0]) ** 2 + (y - kept_places[q, 1]) ** 2 >= spacing**2
-        if is_apart:
-            kept_places[n, 0], kept_places[n, 1] = x, y
-            n += 1
-    return kept_places[:n]
 
 
 @kernel
 def predict_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
-    trajectory, radius, settings = scene.movers.trajectory, scene.movers.radius, scene.settings
+    movers, trajectory, radius = scene.movers, scene.movers.trajectory, scene.movers.radius
     discs, last_sample = np.empty((steps + 1, len(radius)), DISC), trajectory.shape[1] - 1.001
-    escape_time = [compute_time_to_escape(settings.radius + r, scene.limits) for r in radius]
+    escape_time = [compute_time_to_escape(scene.radius + r, scene.limits) for r in radius]
     for s in range(steps + 1):
-        sample = min((settings.age + start_time) / PREDICTION_STEP, last_sample)
+        sample = min((movers.age + start_time) / PREDICTION_STEP, last_sample)
         i = int(sample)
         share = sample - i
         for j in range(len(radius)):
@@ -330,7 +265,6 @@ def predict_discs(scene, start_time, steps):
             speed = math.hypot(dx, dy) / PREDICTION_STEP
             disc.x, disc.y, disc.radius = x + share * dx, y + share * dy, radius[j]
             disc.vx, disc.vy = dx / PREDICTION_STEP, dy / PREDICTION_STEP
-            disc.reach = (1.0 - settings.caution) * speed + settings.caution * settings.mover_speed
             disc.hazard = speed * escape_time[j]
         start_time += STEP
     return discs
@@ -338,39 +272,35 @@ def predict_discs(scene, start_time, steps):
 
 @kernel
 def begin_manoeuvres(manoeuvres, start, scene):
-    """Return the velocities (n, 3) with which manoeuvres begin, within the robot's limits, and their rollouts (n,)."""
+    """Return the velocities (n, 3) with which manoeuvres begin, and their rollouts (n,)."""
     velocities, rollouts, limits = np.empty((len(manoeuvres), 3)), np.empty(len(manoeuvres), ROLLOUT), scene.limits
     rollout = start[0]
-    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, SEGMENT), scene, np.inf, rollouts)
+    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, rollouts)
     for m in range(len(manoeuvres)):
-        wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene.line, limits, scene.settings)
-        ahead = limit_value(wanted_velocity.ahead, limits.max_speed)
-        aside = limit_value(wanted_velocity.aside, limits.max_speed)
-        turning = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
-        velocities[m, 0], velocities[m, 1], velocities[m, 2] = ahead, aside, turning
-        velocity_change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
-        velocity_change += abs(turning - rollout.turning) / limits.max_yaw_rate
-        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * velocity_change
-        rollouts[m].cost += CHANGE_WEIGHT * velocity_change
+        wanted = choose_velocity(manoeuvres[m], rollout, scene)
+        put(velocities, m, (wanted.ahead, wanted.aside, wanted.turning))
+        speed_change = math.hypot(wanted.ahead - rollout.ahead, wanted.aside - rollout.aside) / limits.max_speed
+        turning_change = abs(wanted.turning - rollout.turning) / limits.max_yaw_rate
+        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * (speed_change + turning_change)
+        rollouts[m].cost += rollouts[m].change_cost
     return velocities, rollouts
 
 
 @kernel
 def search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene):
     """Return the index of the first manoeuvre of the best rollout that continues one of these (n,); -1: none does."""
-    manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (SEGMENT * STEP) - 1e-9))
+    manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (MANOEUVRE_STEPS * STEP) - 1e-9))
     best, least_found = find_best_result(rollouts, False, -1, np.inf)
     for segment in range(2, segments + 1):
         generation, is_last_segment = rollouts, segment == segments
         continued = select_best_rollouts(generation, same_place, same_speed)
         if not len(continued):
             break
-        discs = predict_discs(scene, generation[continued[0]].time, SEGMENT)
+        discs = predict_discs(scene, generation[continued[0]].time, MANOEUVRE_STEPS)
         rollouts = np.empty(len(continued) * manoeuvre_count, ROLLOUT)
         for k in range(len(continued)):
             continuations = rollouts[k * manoeuvre_count : (k + 1) * manoeuvre_count]
-            most = least_found if is_last_segment else np.inf
-            continue_rollout(generation[continued[k]], manoeuvres, discs, scene, most, continuations)
+            continue_rollout(generation[continued[k]], manoeuvres, discs, scene, continuations)
             best, least_found = find_best_result(continuations, is_last_segment, best, least_found)
     return best
 
@@ -386,8 +316,8 @@ def find_best_result(rollouts, is_last, best, cost):
 
 @kernel
 def select_best_rollouts(rollouts, same_place, same_speed):
-    """Return the indices of the BEAM best rollouts that have not ended and differ by these, m and m/s, best first."""
-    kept_indices = np.empty(BEAM, np.int64)
+    """Return the indices of the best rollouts that have not ended and differ by these, m and m/s, best first."""
+    kept_indices = np.empty(BEAM_WIDTH, np.int64)
     n = 0
     rollout_costs = np.array([rollout.cost for rollout in rollouts])
     for i in np.argsort(rollout_costs, kind="mergesort"):
@@ -405,109 +335,69 @@ def select_best_rollouts(rollouts, same_place, same_speed):
         else:
             kept_indices[n] = i
             n += 1
-        if n == BEAM:
+        if n == BEAM_WIDTH:
             break
     return kept_indices[:n]
 
 
 @kernel
-def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
-    """Simulate a segment of each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
+def continue_rollout(start, manoeuvres, discs, scene, rollouts):
+    """Simulate each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
 
-    Limits make many manoeuvres begin alike: of those with the same velocities so far the first one, the leader, is
-    simulated for all. A rollout ends early if the robot is touched or reaches a frontier. None is simulated if the
-    least cost exceeds `most`, s.
+    A rollout ends early if the robot is touched or reaches a frontier.
     """
-    n, radius = len(manoeuvres), scene.settings.radius
-    leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
-    hit_distance = np.zeros(n)  # no hit is nearer than this, m
-    rollouts[0] = start
-    steps = (
-        len(discs) - 1 if most == np.inf or compute_least_cost(start, scene.line, scene.limits, radius) < most else 0
-    )
-    for s in range(steps):
-        choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities, hit_distance)
-        for m in range(n):
-            if leaders[m] == m and not rollouts[m].is_over:
-                hit_distance[m] = drive_step(rollouts[m], velocities, m, hit_distance[m], scene)
-                add_nearness(rollouts[m], discs, s + 1, radius)
-                note_arrival(rollouts[m], scene.line, scene.settings)
-    for m in range(n):
-        if leaders[m] < m:
-            rollouts[m] = rollouts[leaders[m]]
-        else:
-            rollouts[m].cost = compute_total_cost(rollouts[m], discs, scene)
+    for m in range(len(manoeuvres)):
+        rollouts[m] = start
+        rollout = rollouts[m]
+        for s in range(1, len(discs)):
+            if rollout.is_over:
+                break
+            wanted = choose_velocity(manoeuvres[m], rollout, scene)
+            if must_brake(rollout, discs, s - 1, scene):
+                wanted = Velocity(0.0, 0.0, wanted.turning)
+            velocity, mean = ramp_velocity(read_end_velocity(rollout), wanted, STEP, scene.limits)
+            drive_step(rollout, velocity, mean, scene)
+            add_nearness(rollout, discs, s, scene.radius)
+            note_arrival(rollout, scene)
+        rollout.cost = compute_total_cost(rollout, discs, scene)
 
 
 @leaf
-def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities, hit_distance):
-    """Write what rollouts (n,) drive next: the velocities (n, 6) at the end of step s and their mean, and the leaders.
-
-    A rollout that begins to differ from its leader's is copied from that, with its distance to hits.
-    """
-    n, limits, settings = len(manoeuvres), scene.limits, scene.settings
-    brakes, last_leaders = np.zeros(n, np.bool_), leaders.copy()
-    for m in range(n):
-        if leaders[m] == m and not rollouts[m].is_over:
-            brakes[m] = must_brake(rollouts[m], discs, s, scene.movers.may_start, limits, settings)
-    for m in range(n):
-        last_leader = last_leaders[m]
-        if rollouts[last_leader].is_over:
-            continue
-        wanted_velocity = choose_velocity(manoeuvres[m], rollouts[last_leader], scene.line, limits, settings)
-        if brakes[last_leader]:
-            wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
-        velocity, mean = ramp_velocity(read_end_velocity(rollouts[last_leader]), wanted_velocity, STEP, limits)
-        put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
-        leaders[m] = find_leader(velocities, last_leaders, m)
-        if leaders[m] == m != last_leader:
-            rollouts[m], hit_distance[m] = rollouts[last_leader], hit_distance[last_leader]
-
-
-@leaf
-def drive_step(rollout, velocities, m, hit_distance, scene):
-    """Drive a rollout for a step with number m of some velocities (n, 6); return the least distance to hits, m.
+def drive_step(rollout, velocity, mean, scene):
+    """Drive a rollout for a step, at whose end it has a `Velocity`, with the mean of those in between.
 
     It stays where it is if the step leads out of known free space, unless away from hits.
     """
-    radius, star = scene.settings.radius, scene.star
-    mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
+    radius, star = scene.radius, scene.star
     pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
-    rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
-    rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
+    rollout.yaw, rollout.turning = pose.yaw, velocity.turning
+    rollout.ahead, rollout.aside = velocity.ahead, velocity.aside
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
-    if not is_free:
-        rollout.region = find_region_around(scene.regions, rollout.region, pose.x, pose.y)
-        is_free = rollout.region >= 0
-    reach = (1.0 + WALL_ZONE) * radius
-    hit_distance -= math.hypot(pose.x - rollout.x, pose.y - rollout.y) + 1e-9
-    if hit_distance <= reach:
-        hit_distance = measure_nearest_hit(pose.x, pose.y, scene.hits)
-    clearance = max(min(hit_distance, reach) - radius, 0.0)
+    is_free = is_free or find_cover(scene.regions, pose.x, pose.y, 0.0) >= 0
+    clearance = measure_clearance(pose.x, pose.y, scene)
     if is_free or clearance > rollout.clearance:
         rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance
         rollout.least_clearance = min(rollout.least_clearance, clearance)
         rollout.way_point = find_next_way_point(scene.line, rollout.way_point, pose.x, pose.y, radius)
     else:
-        rollout.ahead = rollout.aside = hit_distance = 0.0
+        rollout.ahead = rollout.aside = 0.0
     rollout.time += STEP
-    return hit_distance
 
 
 @leaf
-def note_arrival(rollout, line, settings):
+def note_arrival(rollout, scene):
     """Note when a rollout has first been at the end of the path; there it is over if that is a frontier."""
-    dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
-    is_near = dx * dx + dy * dy < (ARRIVED * settings.radius) * (ARRIVED * settings.radius)
+    line, arrived = scene.line, ARRIVED * scene.radius
+    is_near = (line[-1, 0] - rollout.x) ** 2 + (line[-1, 1] - rollout.y) ** 2 < arrived * arrived
     if is_near and not rollout.is_over and rollout.way_point == len(line) - 1:
         rollout.arrival_time = min(rollout.arrival_time, rollout.time)
-        rollout.is_over = settings.slowdown == np.inf  # where exploration continues
+        rollout.is_over = scene.slowdown == np.inf  # where exploration continues
 
 
 @leaf
 def compute_total_cost(rollout, discs, scene):
     """Return what a rollout costs, s."""
-    line, limits, radius = scene.line, scene.limits, scene.settings.radius
+    line, limits, radius = scene.line, scene.limits, scene.radius
     comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
     if time == np.inf:  # else it has been at the goal, wherever it goes to make way
         comfort_cost = max(comfort_cost, compute_comfort_to_go(rollout, discs, line, limits, radius))
@@ -517,84 +407,62 @@ def compute_total_cost(rollout, discs, scene):
 
 
 @leaf
-def find_leader(velocities, leaders, m):
-    """Return the first manoeuvre that has had the leader of number m and takes the same velocities (n, 6) next."""
-    for k in range(leaders[m], m):
-        is_same = leaders[k] == leaders[m]
-        for i in range(6):
-            is_same = is_same and velocities[m, i] == velocities[k, i]
-        if is_same:
-            return k
-    return m
-
-
-@leaf
 def read_end_velocity(rollout):
     """Return the `Velocity` at the end of a rollout."""
     return Velocity(rollout.ahead, rollout.aside, rollout.turning)
 
 
 @leaf
-def choose_velocity(manoeuvre, rollout, line, limits, settings):
+def choose_velocity(manoeuvre, rollout, scene):
     """Return the `Velocity` that a manoeuvre wants at the end of a rollout."""
-    speed, k = manoeuvre.speed, rollout.way_point
-    if manoeuvre.kind == KEEP_VELOCITY:
-        return Velocity(manoeuvre.ahead, manoeuvre.aside, manoeuvre.turning)
-    if manoeuvre.kind == DRIVE_IN_DIRECTION:
-        course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
-        return find_velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
+    speed, k, line, limits = manoeuvre.speed, rollout.way_point, scene.line, scene.limits
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
-    is_last, arrived = k == len(line) - 1, ARRIVED * settings.radius
-    if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
+    is_last, arrived = k == len(line) - 1, ARRIVED * scene.radius
+    if speed == 0.0 or (manoeuvre.follows_path and dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12)):
         return Velocity(0.0, 0.0, 0.0)
+    if not manoeuvre.follows_path:
+        error = wrap_angle(manoeuvre.heading - rollout.yaw)
+        if abs(error) > 0.5 * math.pi:  # backwards: it turns less
+            error, speed = wrap_angle(error + math.pi), -speed
+        return find_velocity_towards(error, speed, limits)
     wanted = find_velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
     if is_last:
-        wanted = cap_speed(wanted, settings.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
+        wanted = cap_speed(wanted, scene.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
     return wanted
 
 
 @leaf
-def must_brake(rollout, discs, s, starters, limits, settings):
+def must_brake(rollout, discs, s, scene):
     """Return whether a robot that brakes fully might be touched before it stops, by discs as predicted at step s.
 
     Or, from the next step on, by what might start; that is noted as `is_held`. Checked at half the braking time and at
     its end, for all discs, whether it approaches them or not: a robot that only watches those ahead is soon surrounded.
     """
-    robot_speed, driving_direction, radius, caution = rollout.ahead, rollout.yaw, settings.radius, settings.caution
+    movers, speed, direction = scene.movers, rollout.ahead, rollout.yaw
     if rollout.aside != 0.0:
-        robot_speed = math.hypot(rollout.ahead, rollout.aside)
-        driving_direction += math.atan2(rollout.aside, rollout.ahead)
-    if abs(robot_speed) < STANDING_SPEED:
+        speed = math.hypot(rollout.ahead, rollout.aside)
+        direction += math.atan2(rollout.aside, rollout.ahead)
+    if abs(speed) < STANDING_SPEED:
         return False
-    braking, mover_speed = math.copysign(limits.max_deceleration, robot_speed), settings.mover_speed
-    stopping_time, needed_distance = abs(robot_speed) / limits.max_deceleration, radius + settings.spacing
-    cosine = sine = 0.0
-    if len(starters):
-        cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
+    stopping_time, needed_distance = abs(speed) / scene.limits.max_deceleration, scene.radius + movers.spacing
+    cosine, sine = math.cos(direction), math.sin(direction)
     for share in (0.5, 1.0):
         t = share * stopping_time
-        way = robot_speed * (t + STEP) - 0.5 * braking * t * t
+        way = speed * (1.0 - 0.5 * share) * t + speed * STEP
         x, y = rollout.x + way * cosine, rollout.y + way * sine
-        reach_distance = needed_distance + mover_speed * (t + STEP)
-        for j in range(len(starters)):
-            if (x - starters[j, 0]) ** 2 + (y - starters[j, 1]) ** 2 < reach_distance * reach_distance:
-                rollout.is_held = True
-                return True
-    needed_distance += MOVING_MARGIN * radius  # twice the margin: tracks err more than hits
-    for j in range(discs.shape[1]):
-        disc = discs[s, j]
-        reach_distance = needed_distance + disc.radius + (0.5 * abs(robot_speed) + disc.reach) * stopping_time + 1e-9
-        if (rollout.x - disc.x) ** 2 + (rollout.y - disc.y) ** 2 > reach_distance * reach_distance:
-            continue
-        if not (cosine or sine):
-            cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
-        for share in (0.5, 1.0):
-            t = share * stopping_time
-            way = robot_speed * t - 0.5 * braking * t * t
-            dx = rollout.x + way * cosine - disc.x - (1.0 - caution) * disc.vx * t
-            dy = rollout.y + way * sine - disc.y - (1.0 - caution) * disc.vy * t
-            reach_distance = needed_distance + disc.radius + caution * mover_speed * t
-            if dx * dx + dy * dy < reach_distance * reach_distance:
+        if measure_nearest_hit(x, y, movers.may_start) < needed_distance + movers.max_speed * (t + STEP):
+            rollout.is_held = True
+            return True
+    needed_distance += MOVING_MARGIN * scene.radius  # twice the margin: tracks err more than hits
+    for share in (0.5, 1.0):
+        t = share * stopping_time
+        way = speed * (1.0 - 0.5 * share) * t
+        x, y = rollout.x + way * cosine, rollout.y + way * sine
+        trusted_time, reach = (1.0 - movers.caution) * t, needed_distance + movers.caution * movers.max_speed * t
+        for j in range(discs.shape[1]):
+            disc = discs[s, j]
+            dx, dy = x - disc.x - trusted_time * disc.vx, y - disc.y - trusted_time * disc.vy
+            if dx * dx + dy * dy < (reach + disc.radius) * (reach + disc.radius):
                 return True
     return False
 
@@ -649,32 +517,22 @@ def compute_comfort_to_go(rollout, discs, line, limits, radius):
 
 
 @leaf
-def compute_least_cost(rollout, line, limits, radius):
-    """Return what a rollout costs at least, however it goes on, s."""
-    way = max(math.hypot(line[-1, 0] - rollout.x, line[-1, 1] - rollout.y) - ARRIVED * radius, 0.0)
-    time = min(rollout.arrival_time, rollout.time + way / limits.max_speed)
-    return rollout.comfort_cost + rollout.risk + compute_wall_cost(rollout, radius) + rollout.change_cost + time
-
-
-@leaf
 def compute_wall_cost(rollout, radius):
     """Return what a rollout costs for its least clearance to static obstacles, s."""
     return WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
 
 
 @leaf
+def measure_clearance(x, y, scene):
+    """Return the clearance of the robot at a place to static obstacles, m, no more than the zone of walls."""
+    return min(max(measure_nearest_hit(x, y, scene.hits) - scene.radius, 0.0), WALL_ZONE * scene.radius)
+
+
+@leaf
 def measure_nearest_hit(x, y, hits):
-    """Return the distance from a place to the nearest hit, m; infinite without any."""
+    """Return the distance from a place to the nearest of some hits, m; infinite without any."""
     nearest = np.inf
     for q in range(len(hits)):
         dx, dy = x - hits[q, 0], y - hits[q, 1]
         nearest = min(nearest, dx * dx + dy * dy)
     return math.sqrt(nearest)
-
-
-@kernel
-def find_region_around(regions, region, x, y):
-    """Return the index of a region that contains (x, y), or -1; `region`, which held the last place, is tried first."""
-    if region >= 0 and covers(regions.center, regions.bearing_0, regions.values, region, x, y, 0.0):
-        return region
-    return find_cover(regions, x, y, 0.0)

@@ -1,4 +1,4 @@
-"""Times of legs, turns and whole paths against plain computations; the nearest hit, and the region around."""
+"""Times of legs, turns and whole paths against plain computations; and the nearest hit."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.moving.avoidance import find_region_around, measure_nearest_hit
+from drake_starnav.moving.avoidance import measure_nearest_hit
 from drake_starnav.moving.driving_times import (
     compute_heading_loss,
     compute_time_to_go,
@@ -19,7 +19,6 @@ from drake_starnav.moving.driving_times import (
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.robot import Limits
 from drake_starnav.robot.motion import Pose, Velocity
-from drake_starnav.surroundings.region_union import RegionUnion
 from tests.helpers.scans import seeds
 
 LIMITS = Limits(0.8, 2.0, 1.0, 1.0, 4.0)
@@ -137,12 +136,3 @@ def test_the_time_left_is_that_of_the_legs_and_of_the_bends_between_them(seed, c
             bend = (headings[k] - math.atan2(way[1], way[0]) + math.pi) % (2.0 * math.pi) - math.pi
             expected += compute_heading_loss(bend, full_speed(limits), limits)
         assert to_go(line, k, (*place, yaw), moves, limits) == pytest.approx(expected)
-
-
-def test_the_region_of_the_last_place_is_kept_while_it_contains_the_robot() -> None:
-    disc = np.full((1, 8), 1.0)
-    centers = np.array(((0.0, 0.0), (0.0, 0.5), (5.0, 0.0)))
-    union = RegionUnion(centers, np.zeros(3), np.repeat(disc, 3, axis=0), np.zeros((3, 0)))
-    assert [find_region_around(union, last, 0.0, 0.2) for last in (0, 1, 2, -1)] == [0, 1, 1, 1]  # else the newest
-    assert [find_region_around(union, last, 5.0, 0.2) for last in (0, 2, -1)] == [2, 2, 2]
-    assert find_region_around(union, 0, 3.0, 3.0) == -1
