@@ -1,7 +1,7 @@
 """A run that is watched while it happens: buttons start, pause and stop it, sliders move the goal."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.simulation.robots import add_robots, make_worlds_of_robots
 from drake_starnav.station.lidar_mounts import find_collar_geometries
 from drake_starnav.station.monitors import CollisionMonitor
-from drake_starnav.station.navigation_station import add_station, simulated
+from drake_starnav.station.navigation_station import StationInterface, add_station, simulated
 from drake_starnav.station.plant import advance, evaluate_port, make_simulator
 from drake_starnav.visualization.goal_sliders import SliderGoal, add_goal_sliders
 from drake_starnav.visualization.meshcat_stage import MeshcatStage, add_scene, start_quiet_meshcat
@@ -71,6 +71,7 @@ class LiveRun:
         meshcat: the scene; `meshcat.web_url()` is where to watch.
         controls: its buttons.
         simulator: of the diagram.
+        progress_text: how far the drive has come, in words.
         outcome: why the run ended, in words; empty while it runs.
         collided: whether it ended because the robot touched an obstacle or a moving obstacle hit it.
     """
@@ -83,7 +84,6 @@ class LiveRun:
         seed: int = 0,
         real_time_rate: float = 1.0,
         html: Path | None = None,
-        say: Callable[[str], None] = print,
     ) -> None:
         """
         Args:
@@ -91,14 +91,13 @@ class LiveRun:
             seed: of the world and of the sensor's noise.
             real_time_rate: simulated time over real time at most; 0 for as fast as it goes.
             html: file for a recording, if any; the page then slows down as the recording grows.
-            say: called with each event as a text.
 
         Raises:
             StarnavError: the world cannot be made.
         """
         self.meshcat = start_quiet_meshcat()
         self.controls = Controls(self.meshcat)
-        self._scenario, self._seed, self._html, self._say = scenario, seed, html, say
+        self._scenario, self._seed, self._html = scenario, seed, html
         builder = DiagramBuilder()
         self._add_to(builder)
         world = self._world
@@ -107,8 +106,7 @@ class LiveRun:
         if html is not None:
             self.meshcat.StartRecording(scenario.recording.frames_per_second)  # and an open page follows
         self.simulator.Initialize()
-        self.outcome, self.collided = "", False
-        self._said = ""
+        self.outcome, self.progress_text, self.collided = "", "", False
         self._cameras = Cameras(world.extent, "top", find_robot_path(self._followed), world.start[:2])
         x0, y0, x1, y1 = world.extent
         middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0])
@@ -152,7 +150,7 @@ class LiveRun:
         was_running = self.controls.running
         self.controls.poll()
         if self.controls.stopped:
-            self._end(f"stopped after {self.time:.1f} s")
+            self.outcome = f"stopped after {self.time:.1f} s"
         elif not self.controls.running:
             time.sleep(POLL)
         else:
@@ -161,19 +159,23 @@ class LiveRun:
             status = advance(self.simulator, POLL * (round(self.time / POLL) + 1))  # where events end steps anyway
             if status.reason() != SimulatorStatus.ReturnReason.kReachedBoundaryTime:
                 self.collided = True
-                self._end(f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s")
-            elif (current_text := self._describe_progress()) != self._said:
-                self._say(f"{self.time:6.1f} s: {current_text}")
-                self._said = current_text
+                self.outcome = f"{status.message().rpartition(' at ')[0]} after {self.time:.1f} s"
+            else:
+                self.progress_text = self._describe_progress()
         return not self.outcome
 
-    def run(self) -> None:
-        """Follow the buttons until the run ends, or until it is interrupted from the keyboard."""
+    def run(self, quiet: bool = False) -> None:
+        """Follow the buttons until the run ends, or until it is interrupted from the keyboard; tell how far it is."""
+        printed_text = ""
         try:
             while self.step():
-                pass
+                if not quiet and self.progress_text != printed_text:
+                    printed_text = self.progress_text
+                    print(f"{self.time:6.1f} s: {printed_text}")
         except KeyboardInterrupt:
-            self._end(f"stopped after {self.time:.1f} s")
+            self.outcome = f"stopped after {self.time:.1f} s"
+        if not quiet:
+            print(self.outcome)
 
     def finish(self) -> None:
         """Write the recording, if requested, and remove the buttons from the page; a `StarnavError` if it cannot be
@@ -183,10 +185,6 @@ class LiveRun:
             layers = select_drawn_layers(self._list_layers(), self._shapes, self._world)
             caption = Caption(self._scenario.name, (self._line, self.outcome), layers)
             finish_recording(self.meshcat, self._html, caption, self._cameras)
-
-    def _end(self, outcome: str) -> None:
-        self.outcome = outcome
-        self._say(outcome)
 
     def _describe_progress(self) -> str:
         """Whether the goal has been reached or is unreachable, in words."""
@@ -205,24 +203,31 @@ class LiveRobots(LiveRun):
         scenario = self._scenario
         worlds = make_worlds_of_robots(scenario, self._seed)
         self._world = worlds[0]
-        self._driven = add_robots(builder, scenario, worlds, self._seed)
-        stations = [simulated(each.navigation.station) for each in self._driven]
+        self._driven_robots = add_robots(builder, scenario, worlds, self._seed)
+        stations = [simulated(each.navigation.station) for each in self._driven_robots]
         self._followed = stations[0]
+        self._add_scene(builder, stations)
+        self._mark_robots_and_goals(stations)
+
+    def _add_scene(self, builder: DiagramBuilder, stations: Sequence[StationInterface]) -> None:
+        """Show all robots, in a scene from which nothing is removed when the run begins."""
         plant, scene_graph = self._followed.plant, self._followed.scene_graph
         hidden_geometries = [*self._followed.floor, *find_collar_geometries(scene_graph)]
-        period = 1.0 / scenario.recording.frames_per_second
-        # what is below the robots stays
-        visual_parameters: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
         links = [frame for station in stations for frame in find_robot_frames(station)]
-        add_scene(builder, plant, scene_graph, self.meshcat, hidden_geometries, robot=links, **visual_parameters)
+        period = 1.0 / self._scenario.recording.frames_per_second
+        looks: dict[str, Any] = {"publish_period": period, "delete_on_initialization_event": False}
+        add_scene(builder, plant, scene_graph, self.meshcat, hidden_geometries, robot=links, **looks)
+
+    def _mark_robots_and_goals(self, stations: Sequence[StationInterface]) -> None:
+        """Give each robot a rim and its goals stars in its colour."""
         layers = self._list_layers()
-        stage = MeshcatStage(self.meshcat, f"/{ROOT}", period, layers)
+        stage = MeshcatStage(self.meshcat, f"/{ROOT}", 1.0 / self._scenario.recording.frames_per_second, layers)
         self._shapes = stage.shapes
-        for (name, layer), robot, station in zip(layers.items(), scenario.robots, stations, strict=False):
+        for (name, layer), robot, station in zip(layers.items(), self._scenario.robots, stations, strict=False):
             for goal in robot.goals:
                 stage.add(name, make_goal_star(goal, robot.robot.radius, self._world.extent), 0.0)
-            below = Cylinder(1.15 * robot.robot.radius, LAYERS["goal"].height)
-            self.meshcat.SetObject(f"{find_robot_path(station)}/rim", below, Rgba(*layer.color))
+            rim = Cylinder(1.15 * robot.robot.radius, LAYERS["goal"].height)
+            self.meshcat.SetObject(f"{find_robot_path(station)}/rim", rim, Rgba(*layer.color))
 
     def _list_layers(self) -> dict[str, Layer]:
         trails = (make_trail_layer(robot.name, "its goals", k) for k, robot in enumerate(self._scenario.robots))
@@ -230,5 +235,5 @@ class LiveRobots(LiveRun):
 
     def _describe_progress(self) -> str:
         context = self.simulator.get_context()
-        arrived_count = sum(bool(np.isfinite(each.find_arrival_times(context)).all()) for each in self._driven)
-        return f"{arrived_count} of {len(self._driven)} have reached their goals"
+        arrived_count = sum(bool(np.isfinite(each.find_arrival_times(context)).all()) for each in self._driven_robots)
+        return f"{arrived_count} of {len(self._driven_robots)} have reached their goals"

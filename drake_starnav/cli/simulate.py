@@ -105,14 +105,13 @@ def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
     from drake_starnav.cli.live import LiveRobots, LiveRun  # late: bad input is reported before Drake is loaded
 
     rate = 1.0 if options.real_time_rate is None else options.real_time_rate
-    say = (lambda text: None) if options.quiet else print
     kind = LiveRobots if scenario.robots else LiveRun
-    run = kind(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html, say=say)
+    run = kind(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html)
     address, goal = run.meshcat.web_url(), "" if scenario.robots else "; sliders move the goal"
     print(f"open {address} and press start (s); pause (space), stop (escape){goal}", flush=True)
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
         webbrowser.open(address)
-    run.run()
+    run.run(options.quiet)
     run.finish()
     return NOT_REACHED if run.collided else REACHED
 

@@ -9,7 +9,7 @@ both are JSON in a `std_msgs/String`.
 import json
 import math
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,8 +19,6 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.loading import parse_scenario
-from drake_starnav.navigation import Parts
-from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry, make_canonical_scan
 from drake_starnav.runtime.navigator import Command, Navigator
@@ -92,7 +90,7 @@ class RunLog:
     def __init__(self, path: Path, navigator: Navigator) -> None:
         """Raises a `StarnavError` without the extra `mcap`, and an `OSError` where the file cannot be written."""
         mcap = _import_mcap()
-        self._navigator, self._shown = navigator, -math.inf
+        self._navigator, self._plan_time = navigator, -math.inf
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("wb")
         self._writer = writer = mcap.writer.Writer(self._file, chunk_size=1 << 18)
@@ -108,38 +106,26 @@ class RunLog:
         self._channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in KINDS.items()}
         self._begun = False
 
-    def _begin(self, at: int) -> None:
-        navigator = self._navigator
-        text = format_scenario(navigator.scenario)
-        self._write_json(RUN, at, {"name": navigator.scenario.name, "scenario": text, "mounts": navigator.mounts})
-        mounts = zip(self._frames, navigator.mounts, strict=True)
-        self._add(
-            FIXED, at, {"transforms": [_make_transform(at, "base_link", frame, mount) for frame, mount in mounts]}
-        )
+    def _begin(self, log_time: int) -> None:
+        scenario, mounts = self._navigator.scenario, self._navigator.mounts
+        run = {"name": scenario.name, "scenario": format_scenario(scenario), "mounts": mounts}
+        self._write_json(RUN, log_time, run)
+        places = zip(self._frames, mounts, strict=True)
+        transforms = [_make_transform(log_time, "base_link", frame, mount) for frame, mount in places]
+        self._add(FIXED, log_time, {"transforms": transforms})
         self._begun = True
 
-    def note(self, reading: Any, command: Command, took: float = 0.0) -> None:
-        """What came, as of `Navigator.step`, what was commanded, and how long after `current_time` it was sent, s."""
+    def note(self, reading: Any, command: Command, delay: float = 0.0) -> None:
+        """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
         current_time, scans, odometry, goal, *reset = reading
-        at, arrivals = _to_nanoseconds(current_time), []
+        log_time, odometry = _to_nanoseconds(current_time), list(odometry)
         if not self._begun:
-            self._begin(at)
-        for item in scans:
-            k, scan = item if isinstance(item, tuple) else (0, item)
-            if not isinstance(scan, LaserScan) or k not in range(len(self._scans)):
-                arrivals.append((-1, 0.0))
-                continue
-            message = encode_scan(make_canonical_scan(scan), self._frames[k])
-            self._writer.add_message(self._scans[k], at, message, _to_nanoseconds(scan.time))
-            arrivals.append((k, scan.time))
-        odometry = list(odometry)
-        rows = [_make_row(each) for each in odometry]
-        for each, row in zip(odometry, rows, strict=True):
-            if isinstance(each, Odometry) and None not in (row or [None]):
-                self._write_odometry(at, each)
+            self._begin(log_time)
+        arrivals = [self._write_scan(log_time, item) for item in scans]
+        rows = [self._write_odometry(log_time, row) for row in odometry]
         velocity = Told.of(current_time, command.twist, self._navigator.actuation.limits)
         linear = {"x": velocity.ahead, "y": velocity.aside}
-        self._add(TWIST, at, {"linear": linear, "angular": {"z": velocity.turning}})
+        self._add(TWIST, log_time, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
             "now": _check_finite(current_time),
             "scans": arrivals,
@@ -147,37 +133,50 @@ class RunLog:
             "goal": _make_row(goal),
             "reset": any(reset),
             "twist": command.twist.tolist(),
-            "took": took,
+            "took": delay,
         }
-        self._write_json(
-            TICK, at, tick | {"certified": command.certified, "status": command.status, "why": command.why}
-        )
-        if not abs(current_time - self._shown) < SHOWN:
-            self._shown = current_time
-            self._show(at)
+        answer = {"certified": command.certified, "status": command.status, "why": command.why}
+        self._write_json(TICK, log_time, tick | answer)
+        if not abs(current_time - self._plan_time) < SHOWN:
+            self._plan_time = current_time
+            self._write_plan(log_time)
 
-    def _write_odometry(self, at: int, row: Odometry) -> None:
-        measured_time = _to_nanoseconds(row.time)
-        transform = _make_transform(measured_time, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
-        self._add(TF, at, {"transforms": [transform]})
-        pose = {"position": transform["transform"]["translation"], "orientation": transform["transform"]["rotation"]}
-        twist = {"linear": {"x": row.v, "y": row.aside}, "angular": {"z": row.omega}}
-        message = {"header": transform["header"], "child_frame_id": "base_link", "pose": {"pose": pose}}
-        self._add(ODOM, at, message | {"twist": {"twist": twist}})
+    def _write_scan(self, log_time: int, item: Any) -> tuple[int, float]:
+        """Write what came as a scan; returns the number of its lidar, -1 for what is no scan, and its time, s."""
+        k, scan = item if isinstance(item, tuple) else (0, item)
+        if not isinstance(scan, LaserScan) or k not in range(len(self._scans)):
+            return -1, 0.0
+        message = encode_scan(make_canonical_scan(scan), self._frames[k])
+        self._writer.add_message(self._scans[k], log_time, message, _to_nanoseconds(scan.time))
+        return k, scan.time
 
-    def _show(self, at: int) -> None:
+    def _write_odometry(self, log_time: int, row: Any) -> list[float | None] | None:
+        """Write what came as odometry, if its numbers are finite; returns them as JSON holds them."""
+        numbers = _make_row(row)
+        if isinstance(row, Odometry) and numbers and None not in numbers:
+            stamp = _to_nanoseconds(row.time)
+            transform = _make_transform(stamp, "odom", "base_link", Mount(row.x, row.y, row.yaw, False))
+            self._add(TF, log_time, {"transforms": [transform]})
+            place, turn = transform["transform"]["translation"], transform["transform"]["rotation"]
+            pose = {"pose": {"position": place, "orientation": turn}}
+            twist = {"twist": {"linear": {"x": row.v, "y": row.aside}, "angular": {"z": row.omega}}}
+            message = {"header": transform["header"], "child_frame_id": "base_link", "pose": pose, "twist": twist}
+            self._add(ODOM, log_time, message)
+        return numbers
+
+    def _write_plan(self, log_time: int) -> None:
         path, outlines = read_plan(self._navigator)
         lines = [(np.vstack((each, each[:1])), REGION_COLOR) for each in outlines] + [(path, PATH_COLOR)]
-        header = {"stamp": _make_stamp(at), "frame_id": "odom"}
+        header = {"stamp": _make_stamp(log_time), "frame_id": "odom"}
         markers = [{"header": header, "action": 3}]  # delete what was shown before
         markers += [{"header": header, "ns": "plan", "id": k, **_make_line(*line)} for k, line in enumerate(lines)]
-        self._add(PLAN, at, {"markers": markers})
+        self._add(PLAN, log_time, {"markers": markers})
 
-    def _write_json(self, topic: str, at: int, value: dict[str, Any]) -> None:
-        self._add(topic, at, {"data": json.dumps(value)})
+    def _write_json(self, topic: str, log_time: int, value: dict[str, Any]) -> None:
+        self._add(topic, log_time, {"data": json.dumps(value)})
 
-    def _add(self, topic: str, at: int, values: dict[str, Any]) -> None:
-        self._writer.add_message(self._channels[topic], at, encode(KINDS[topic], values), at)
+    def _add(self, topic: str, log_time: int, values: dict[str, Any]) -> None:
+        self._writer.add_message(self._channels[topic], log_time, encode(KINDS[topic], values), log_time)
 
     def close(self) -> None:
         """Complete the file; without it all but the end can be read."""
@@ -206,17 +205,18 @@ def _make_line(places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
     return {"type": LINE_STRIP, "pose": pose, "scale": {"x": 0.02}, "points": points, "color": color}
 
 
-def _make_transform(at: int, parent: str, child: str, mount: Mount) -> dict[str, Any]:
+def _make_transform(stamp: int, parent: str, child: str, mount: Mount) -> dict[str, Any]:
     half = 0.5 * mount.yaw
     turn = {"z": math.sin(half), "w": math.cos(half)}
     if mount.upside_down:  # half a turn about x, then the yaw
         turn = {"x": math.cos(half), "y": math.sin(half)}
     transform = {"translation": {"x": mount.x, "y": mount.y}, "rotation": turn}
-    return {"header": {"stamp": _make_stamp(at), "frame_id": parent}, "child_frame_id": child, "transform": transform}
+    header = {"stamp": _make_stamp(stamp), "frame_id": parent}
+    return {"header": header, "child_frame_id": child, "transform": transform}
 
 
-def _make_stamp(at: int) -> dict[str, int]:
-    return dict(zip(("sec", "nanosec"), divmod(at, 10**9), strict=True))
+def _make_stamp(nanoseconds: int) -> dict[str, int]:
+    return dict(zip(("sec", "nanosec"), divmod(nanoseconds, 10**9), strict=True))
 
 
 def _to_nanoseconds(time: float) -> int:
@@ -255,10 +255,9 @@ class Log(NamedTuple):
     mounts: tuple[Mount, ...]
     ticks: Iterator[Tick]
 
-    def navigator(self, parts: Parts = AS_DECLARED, **options: Any) -> Navigator:
+    def make_navigator(self) -> Navigator:
         """The navigator that drove it."""
-        scenario = parse_scenario(self.scenario, name=self.name)
-        return Navigator(scenario, parts, mounts=self.mounts, warm=False, **options)
+        return Navigator(parse_scenario(self.scenario, name=self.name), mounts=self.mounts, warm=False)
 
 
 def read_log(path: str | Path) -> Log:
@@ -375,25 +374,12 @@ class Replayed(NamedTuple):
         )
 
 
-def replay(
-    path: str | Path, parts: Parts = AS_DECLARED, *, watch: Callable[[Navigator, Tick], None] | None = None
-) -> Replayed:
-    """Navigate again by what came in during a run, and compare each command with the one that was given.
-
-    Args:
-        path: of the log.
-        parts: as the run had them.
-        watch: called after each command.
-    """
+def replay(path: str | Path) -> Replayed:
+    """Navigate again by what came in during the run of a log, and compare each command with the one that was given."""
     log = read_log(path)
-    navigator, count = log.navigator(parts), 0
+    navigator, count = log.make_navigator(), 0
     for count, tick in enumerate(log.ticks, start=1):
-        given_output = navigator.step(*tick.inputs)
-        if watch is not None:
-            watch(navigator, tick)
-        same = (
-            given_output.twist.tobytes() == tick.command.twist.tobytes() and given_output.status == tick.command.status
-        )
-        if not same:
-            return Replayed(count, count - 1, tick.command, given_output)
+        command = navigator.step(*tick.inputs)
+        if command.twist.tobytes() != tick.command.twist.tobytes() or command.status != tick.command.status:
+            return Replayed(count, count - 1, tick.command, command)
     return Replayed(count)

@@ -98,30 +98,26 @@ def drive(
     """
     from drake_starnav.runtime.log import RunLog  # late: an extra
 
-    period, scenario = navigator.actuation.hold, navigator.scenario
-    durations, answers, ticks, late = [], [0.0], 0, 0
-    declared_delay = scenario.lidar.delay + scenario.drive.delay + period
+    period, scenario, end = navigator.actuation.hold, navigator.scenario, "over"
+    timing = _Timing(scenario.lidar.delay + scenario.drive.delay + period)
     run_log = None if log is None else RunLog(Path(log), navigator)
     navigator.reset()
     gc.collect()
     gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
-    end = "over"
     try:
-        with _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset:
+        with _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset_signal:
             robot.read()  # what waited while the navigator was built is old
             begin = time.monotonic()
             for tick in _count_periods(begin, period, begin + seconds):
-                late += tick - ticks - 1 if ticks else 0
-                ticks, start_time = tick, time.perf_counter()
-                reading = _read(robot, goal, reset)
+                start_time = time.perf_counter()
+                reading = _read(robot, goal, reset_signal)
                 command = navigator.step(*reading)
                 robot.drive(command)
-                durations.append(time.perf_counter() - start_time)
-                answers += _measure_scan_ages(reading, durations[-1])
+                timing.note(tick, reading, time.perf_counter() - start_time)
                 if run_log is not None:
-                    run_log.note(reading, command, durations[-1])
-                if not quiet and len(durations) % max(round(0.5 / period), 1) == 0:
-                    _print_status(command, _describe_slow_answer(answers[-MANY:], declared_delay))
+                    run_log.note(reading, command, timing.durations[-1])
+                if not quiet and len(timing.durations) % max(round(0.5 / period), 1) == 0:
+                    _print_status(command, _describe_slow_answer(timing.scan_ages[-MANY:], timing.declared_delay))
                 if stop_signal.is_set():
                     end = "stopped"
                     break
@@ -133,9 +129,32 @@ def drive(
         if run_log is not None:
             run_log.close()
         gc.unfreeze()
-    p50, p99, worst = np.percentile(durations or [0.0], (50.0, 99.0, 100.0)).tolist()
-    answer, dropped = float(np.percentile(answers, 99.0)), dict(navigator.intake.dropped)
-    return Driven(end, len(durations), late, (p50, p99, worst), dropped, answer, declared_delay)
+    return timing.summarize(end, dict(navigator.intake.dropped))
+
+
+class _Timing:
+    """What is measured of a drive: how long commands take, how old scans are at the next command, and late periods."""
+
+    def __init__(self, declared_delay: float) -> None:
+        self.declared_delay = declared_delay
+        self.durations: list[float] = []
+        self.scan_ages = [0.0]
+        self._late_count, self._last_tick = 0, 0
+
+    def note(self, tick: int, reading: Reading, duration: float) -> None:
+        """Note the command of a period, by its number, from 1, after a reading, and how long all of it took, s."""
+        self._late_count += tick - self._last_tick - 1 if self._last_tick else 0
+        self._last_tick = tick
+        self.durations.append(duration)
+        self.scan_ages += _measure_scan_ages(reading, duration)
+
+    def summarize(self, end: str, dropped: dict[str, int]) -> Driven:
+        """What the drive was like, by how it ended and what was dropped."""
+        p50, p99, longest = np.percentile(self.durations or [0.0], (50.0, 99.0, 100.0)).tolist()
+        answer = float(np.percentile(self.scan_ages, 99.0))
+        return Driven(
+            end, len(self.durations), self._late_count, (p50, p99, longest), dropped, answer, self.declared_delay
+        )
 
 
 def _read(robot: DrivenRobot, goal: Sequence[float] | None, reset: threading.Event) -> Reading:

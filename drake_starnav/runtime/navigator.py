@@ -205,52 +205,64 @@ class Navigator:
     def _try_step(self, time: float, scans: Iterable[Any], odometry: Iterable[Any], goal: Any, reset: bool) -> Command:
         if not math.isfinite(time):
             return self._make_braking_command(f"now is {time}; allowed: finite, s")
-        period = self.actuation.hold
-        self._stalled = 0 if time > self._latest + LEAST_ADVANCE * period else self._stalled + 1
-        self._latest = max(time, self._latest)
-        if time < self._now - take.CLOCK:  # the clock begins again
-            self.intake, self._now, self._latest = take.restart_clock(self.intake, time), math.nan, time
-            self._begin()
-        elapsed_time, has_jumped = time - self._now, self.intake.jumped
-        self.intake = take.take_messages(self.intake, time, scans, odometry, self._declared)
-        if reset:
-            self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
-        if self.intake.jumped > has_jumped and self._goal is not None:
-            self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
-        if math.isnan(elapsed_time):
-            self._origin = time - (self._tick + 0.5) * period
-        due = math.floor((time - self._origin) / period) + 1
-        if due <= self._tick:  # the period has not passed
-            if self._stalled > max(round(GAP / period), 2):
+        self._note_clock(time)
+        elapsed_time = time - self._now
+        self._take_inputs(time, scans, odometry, reset)
+        if not self._begin_period(time, elapsed_time):
+            if self._stalled > max(round(GAP / self.actuation.hold), 2):
                 return self._make_braking_command(f"the clock stands at {time:.3f} s")
             return self._command
-        self._now = time
-        self._broken |= due > self._tick + 1 and not math.isnan(elapsed_time)
-        self._tick = due
-        wrong = ""
+        goal_fault = ""
         try:
             self._take_goal(take.read_goal(goal))
         except StarnavError as error:
-            self._goal, wrong = None, str(error)
+            self._goal, goal_fault = None, str(error)
         state = take.estimate_state(self.intake.rows, time)
         if state is not None and (self._blind or not elapsed_time < GAP):  # what was done meanwhile is not known
             self._execution = dataclasses.replace(self._execution, told=())
             self._command = self._command._replace(twist=self._measure_twist())
         self._blind = state is None
-        why = self._find_reason_to_brake(time, state, wrong)
+        reason = self._find_reason_to_brake(time, state, goal_fault)
         if state is None:
-            return self._make_braking_command(why)
+            return self._make_braking_command(reason)
         if (self.intake.jumped > self._forgotten or self._forget_reason) and not self._command.twist.any():
             self.intake = take.reset_beliefs(self.intake)
             self._begin()  # what was seen before lies elsewhere now
         self._feed(time, state)
-        twist, is_certified, status, blocking_reason = self._advance_diagram()
-        why = why or self._describe_missing_scan(time)
-        if why:
-            return self._make_braking_command(why)
-        if self._reached:
-            return self._make_braking_command("")._replace(status="reached")
-        return Command(twist, is_certified, status, blocking_reason)
+        command = self._advance_diagram()
+        if reason := reason or self._describe_missing_scan(time):
+            return self._make_braking_command(reason)
+        return self._make_braking_command("")._replace(status="reached") if self._reached else command
+
+    def _note_clock(self, time: float) -> None:
+        """Note whether the clock stands, and begin anew where it began again."""
+        has_advanced = time > self._latest + LEAST_ADVANCE * self.actuation.hold
+        self._stalled = 0 if has_advanced else self._stalled + 1
+        self._latest = max(time, self._latest)
+        if time < self._now - take.CLOCK:
+            self.intake, self._now, self._latest = take.restart_clock(self.intake, time), math.nan, time
+            self._begin()
+
+    def _take_inputs(self, time: float, scans: Iterable[Any], odometry: Iterable[Any], reset: bool) -> None:
+        """Take what came in; a reset forgets what went wrong, and a jump of the odometry the goal."""
+        last_jump = self.intake.jumped
+        self.intake = take.take_messages(self.intake, time, scans, odometry, self._declared)
+        if reset:
+            self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
+        if self.intake.jumped > last_jump and self._goal is not None:
+            self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
+
+    def _begin_period(self, time: float, elapsed_time: float) -> bool:
+        """Begin the period of a time, and return whether it is another one than the last."""
+        period = self.actuation.hold
+        if math.isnan(elapsed_time):
+            self._origin = time - (self._tick + 0.5) * period
+        due_tick = math.floor((time - self._origin) / period) + 1
+        if due_tick <= self._tick:
+            return False
+        self._broken |= due_tick > self._tick + 1 and not math.isnan(elapsed_time)
+        self._now, self._tick = time, due_tick
+        return True
 
     def _take_goal(self, goal: tuple[float, ...] | None) -> None:
         """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
@@ -321,6 +333,15 @@ class Navigator:
             self._simulator.Initialize(InitializeParams(suppress_initialization_events=self._begun))
             self._broken, self._begun = False, True
         self._fix("state", state)
+        self._feed_goal(state)
+        while True:
+            self.intake, posed_scan = take.find_next_scan(self.intake, time)
+            if posed_scan is None:
+                break
+            self._process(context, posed_scan)
+
+    def _feed_goal(self, state: np.ndarray) -> None:
+        """Put the goal and the heading to turn to into the diagram, and note whether the goal is reached."""
         goal, tolerance = self._goal or tuple(state[:2]), self.scenario.simulation.goal_tolerance
         room = TurningRoom.of(self.scenario.robot.drive, self.scenario.robot.shape, tolerance)
         arrival = Arrival.at(goal, state, room, self._turning)
@@ -330,11 +351,6 @@ class Navigator:
         if self._goal is not None or not self._fixed:  # without a goal the last one stays: nothing drives there
             self._fix("goal", np.array(goal[:2]))
             self._fixed = True
-        while True:
-            self.intake, posed_scan = take.find_next_scan(self.intake, time)
-            if posed_scan is None:
-                break
-            self._process(context, posed_scan)
 
     def _process(self, context: Context, posed_scan: PosedScan) -> None:
         posed_scan = self._drop_faulty_beams(posed_scan)
@@ -360,20 +376,27 @@ class Navigator:
             )
         return posed_scan._replace(scan=scan)
 
-    def _advance_diagram(self) -> tuple[np.ndarray, bool, str, str]:
-        """Twist, whether it is certified, status and what blocks the robot, after the updates of this instant."""
+    def _advance_diagram(self) -> Command:
+        """What the shield commands after the updates of this instant."""
         context = self._simulator.get_mutable_context()
         self._simulator.AdvancePendingEvents()
         twist = self.value(self._twist_port).copy()
-        certificate, status = self.navigation.certificate, self.navigation.planned("status")
+        certificate = self.navigation.certificate
         is_certified = certificate is not None and self.value(certificate).certified
-        planner_status = PlannerStatus.EXPLORING if status is None else self.value(status)
-        blocked_port = self.navigation.planned("blocked_by")
-        why = "" if blocked_port is None else self.value(blocked_port)
+        status, blocking_reason = (
+            self._read_planned("status", PlannerStatus.EXPLORING),
+            self._read_planned("blocked_by", ""),
+        )
         self._simulator.AdvanceTo(max((self._tick + 1) * self.actuation.hold, context.get_time()))
-        if planner_status is PlannerStatus.UNREACHABLE:
-            return twist, is_certified, "unreachable", "no way to the goal is left"
-        return twist, is_certified, "blocked" if planner_status is PlannerStatus.BLOCKED else "driving", why
+        if status is PlannerStatus.UNREACHABLE:
+            return Command(twist, is_certified, "unreachable", "no way to the goal is left")
+        status_text = "blocked" if status is PlannerStatus.BLOCKED else "driving"
+        return Command(twist, is_certified, status_text, blocking_reason)
+
+    def _read_planned(self, name: str, default: Any) -> Any:
+        """What a port of the planner holds, or the default where the planner has none of that name."""
+        port = self.navigation.planned(name)
+        return default if port is None else self.value(port)
 
     def _make_braking_command(self, why: str) -> Command:
         """The ramp to zero that the last certified motion ends with."""

@@ -14,7 +14,7 @@ from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_circle_rows, make_segment_rows
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
-from drake_starnav.robot.motion import Pose, advance_pose, convert_to_velocity, roll_out
+from drake_starnav.robot.motion import Actuation, Pose, advance_pose, convert_to_velocity, roll_out
 from drake_starnav.runtime.execution import Told
 from drake_starnav.runtime.intake import Odometry
 from drake_starnav.scenario.margins import derive_margins
@@ -47,28 +47,37 @@ STEPS, LOST, FAST = 400, 7, 1e3
 
 def warm_up(navigator: "Navigator") -> None:
     """Let a navigator drive a robot that does exactly what it is told; then it is to be reset."""
-    act, unit = navigator.actuation, 4.0 * navigator.scenario.robot.radius
-    pose, twist, scan_count = np.zeros(3), np.zeros(len(act.base.components)), 0
+    actuation, unit = navigator.actuation, 4.0 * navigator.scenario.robot.radius
+    pose, twist, scan_count = np.zeros(3), np.zeros(len(actuation.base.components)), 0
     for k in range(len(GOALS) * STEPS):
-        time = (k + 1) * act.hold
-        goal_x, goal_y, *heading = GOALS[k // STEPS]
+        time = (k + 1) * actuation.hold
+        x_goal, y_goal, *heading = GOALS[k // STEPS]
         scans: list[tuple[int, LaserScan]] = []
         while scan_count / navigator.scenario.lidar.rate <= time:
             scans += enumerate(_make_scans(navigator, pose, time, scan_count % LOST == LOST - 1))
             scan_count += 1
-        told_command, (x, y, yaw) = Told.of(time, twist, act.limits), pose.tolist()
-        row = Odometry(time, x, y, yaw, told_command.ahead, told_command.turning, told_command.aside)
-        command = navigator.step(time, scans, [row], (unit * goal_x, unit * goal_y, *heading))
+        row = _make_odometry(time, pose, twist, actuation)
+        command = navigator.step(time, scans, [row], (unit * x_goal, unit * y_goal, *heading))
         if scans:
             _ask_of_fast_motions(navigator, pose)
-        next_pose, _ = advance_pose(
-            Pose(*pose), convert_to_velocity(twist), convert_to_velocity(command.twist), act.hold, act.limits
-        )
-        pose, twist = np.array(next_pose), command.twist
+        pose, twist = _drive_as_told(pose, twist, command.twist, actuation), command.twist
     observation = Observation(None, _make_scans(navigator, pose, time, False)[0], pose)
     average_scans((observation, observation), math.inf)  # asked only where hits seem to close the way
     _revise_roadmap(navigator, observation)
     load_uncalled()
+
+
+def _make_odometry(time: float, pose: np.ndarray, twist: np.ndarray, actuation: Actuation) -> Odometry:
+    """The odometry of a robot that moves at a twist."""
+    (x, y, yaw), velocity = pose.tolist(), Told.of(time, twist, actuation.limits)
+    return Odometry(time, x, y, yaw, velocity.ahead, velocity.turning, velocity.aside)
+
+
+def _drive_as_told(pose: np.ndarray, twist: np.ndarray, next_twist: np.ndarray, actuation: Actuation) -> np.ndarray:
+    """The pose after a period, in which the twist becomes the next one."""
+    velocity, next_velocity = convert_to_velocity(twist), convert_to_velocity(next_twist)
+    next_pose, _ = advance_pose(Pose(*pose), velocity, next_velocity, actuation.hold, actuation.limits)
+    return np.array(next_pose)
 
 
 def _ask_of_fast_motions(navigator: "Navigator", pose: np.ndarray) -> None:

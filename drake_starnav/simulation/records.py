@@ -71,15 +71,15 @@ def record_robots(
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """
-    from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
+    from drake_starnav.visualization.tracks import DrivenRobot, record_tracks  # late: it loads Meshcat
 
-    driven_trials = [
-        Driven(each.robot, robot.robot, each.motion, make_caption_lines(each.trial)[-1], robot.goals)
+    robots = [
+        DrivenRobot(each.robot, robot, each.motion, make_caption_lines(each.trial)[-1], robot.goals)
         for each, robot in zip(trials, scenario.robots, strict=True)
     ]
     world = make_worlds_of_robots(scenario, seed)[0]
-    line = f"{counted(len(driven_trials), 'robot')}, method {trials[0].trial.method}, seed {seed}"
-    return record_tracks(scenario, driven_trials, world, line, html, view, shown)
+    line = f"{counted(len(robots), 'robot')}, method {trials[0].trial.method}, seed {seed}"
+    return record_tracks(robots, world, scenario.name, line, html, view, shown)
 
 
 class _Witness:
@@ -110,13 +110,12 @@ def record_comparison(
         seed, html, view, shown: as for `record_robots`.
         progress: called repeatedly with the simulated time of the current run and its time limit, s.
     """
-    from drake_starnav.visualization.tracks import Driven, record_tracks  # late: it loads Meshcat
+    from drake_starnav.visualization.tracks import DrivenRobot, record_tracks  # late: it loads Meshcat
 
-    driven_trials = []
+    robots = []
     for method, scenario in scenarios.items():
         witness = _Witness()
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        driven_trials.append(Driven(method, scenario.robot, witness.motion, witness.outcome))
-    world = robot_world(scenario, seed)
-    line = f"{counted(len(driven_trials), 'method')}, seed {seed}"
-    return record_tracks(scenario, driven_trials, world, line, html, view, shown)
+        robots.append(DrivenRobot(method, scenario, witness.motion, witness.outcome))
+    line = f"{counted(len(robots), 'method')}, seed {seed}"
+    return record_tracks(robots, robot_world(scenario, seed), scenario.name, line, html, view, shown)

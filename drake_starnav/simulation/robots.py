@@ -7,12 +7,10 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from pydrake.geometry import GeometryId, SceneGraph
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.geometry import GeometryId
+from pydrake.multibody.plant import AddMultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
@@ -31,7 +29,6 @@ from drake_starnav.simulation.trial import (
     TIMEOUT,
     Run,
     Trial,
-    compute_hull_clearances,
     compute_trial_figures,
     find_omniscient_path,
 )
@@ -52,7 +49,7 @@ from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
-from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import GIVEN
 from drake_starnav.worlds.solvable import check_free
 from drake_starnav.worlds.world import World
@@ -109,16 +106,16 @@ class DrivenRobot:
         monitor: of its contacts.
         logs: of its states and commands.
         stopwatch: of its steps.
-        blocked: from when on, s, why it stood still.
+        standstill_reasons: from when on, s, why it stood still.
     """
 
     scenario: Scenario
     world: World
     navigation: Navigation
     monitor: CollisionMonitor
-    logs: tuple[VectorLogSink, VectorLogSink]
+    logs: list[VectorLogSink]
     stopwatch: Stopwatch
-    blocked: list[tuple[float, str]]
+    standstill_reasons: list[tuple[float, str]]
 
     def find_arrival_times(self, context: Context) -> np.ndarray:
         """When it reached each of its goals, s; NaN for those that it did not."""
@@ -154,39 +151,48 @@ def run_robots(
         KeyboardInterrupt: Ctrl-C.
     """
     method = check_method(scenario, method)
-    robots = scenario.robots
-    for each in robots:
+    for each in scenario.robots:
         check_method(each, method)
     make_simulator_config(scenario.simulator_config)
     worlds = make_worlds_of_robots(scenario, seed)
-    shortest = [find_omniscient_path(w, each.robot.shape, each.goals) for each, w in zip(robots, worlds, strict=True)]
+    shortest_paths = [
+        find_omniscient_path(world, each.robot.shape, each.goals)
+        for each, world in zip(scenario.robots, worlds, strict=True)
+    ]
     builder = DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
-        driven_robots = add_robots(builder, scenario, worlds, seed)
+        robots = add_robots(builder, scenario, worlds, seed)
         holder = diagram = builder.Build()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
-        timeout = scenario.simulation.timeout or worlds[0].timeout
-        start = time.perf_counter()
-        message = _simulate_robots(simulator, driven_robots, timeout, progress)
-        wall = time.perf_counter() - start
-        runs = [_read_run(simulator, each, message, wall) for each in driven_robots]
-        motions = [Motion(run.times, run.driven[:, :3]) for run in runs]
-        gaps = find_least_gaps([each.robot.shape for each in robots], motions)
+        start_time = time.perf_counter()
+        message = _simulate_robots(simulator, robots, scenario.simulation.timeout or worlds[0].timeout, progress)
+        wall_time = time.perf_counter() - start_time
+        runs = [_read_run(simulator, each, message, wall_time) for each in robots]
         trials = []
-        for robot, way, run, gap, motion in zip(driven_robots, shortest, runs, gaps, motions, strict=True):
-            until = run.times <= run.elapsed + 1e-9
-            own = dataclasses.replace(run, times=run.times[until], driven=run.driven[until])
-            steps: dict[str, Any] = {name: robot.stopwatch.summarize(name) for name in STEPS}
-            hull = compute_hull_clearances(robot.world, own, robot.scenario.robot.shape)
-            fields = {**compute_trial_figures(robot.scenario, robot.world, way, own, hull), **steps}
-            trial = Trial(scenario=scenario.name, method=method, seed=seed, **fields)
-            trials.append(RobotTrial(robot.scenario.name, trial, gap, motion))
-        if message == INTERRUPTED:
-            raise KeyboardInterrupt
-        return trials
+        for robot, run, shortest_path in zip(robots, runs, shortest_paths, strict=True):
+            figures = compute_trial_figures(
+                robot.scenario, robot.world, shortest_path, _select_own_run(run), robot.stopwatch
+            )
+            trials.append(Trial(scenario=scenario.name, method=method, seed=seed, **figures))
     finally:
         release(holder)
+    if message == INTERRUPTED:
+        raise KeyboardInterrupt
+    return _compare_robots(scenario.robots, trials, [Motion(run.times, run.driven[:, :3]) for run in runs])
+
+
+def _compare_robots(robots: Sequence[Scenario], trials: Sequence[Trial], motions: Sequence[Motion]) -> list[RobotTrial]:
+    """The trials with the robots' least distances to each other."""
+    gaps = find_least_gaps([each.robot.shape for each in robots], motions)
+    names = [each.name for each in robots]
+    return [RobotTrial(*fields) for fields in zip(names, trials, gaps, motions, strict=True)]
+
+
+def _select_own_run(run: Run) -> Run:
+    """A robot's part of a run, which ends when the robot has reached its goals."""
+    is_before_end = run.times <= run.elapsed + 1e-9
+    return dataclasses.replace(run, times=run.times[is_before_end], driven=run.driven[is_before_end])
 
 
 def make_worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
@@ -234,63 +240,70 @@ def _cover_place(robot: Scenario, place: Sequence[float]) -> tuple[Footprint, np
 
 def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:
     """Add a plant with all robots of a scenario in `worlds` of `make_worlds_of_robots`, and what drives each."""
-    robots, world, settings = scenario.robots, worlds[0], scenario.plant_config
-    moving = world.model is not None and world.model.moving
-    time_step = scenario.simulation.time_step if moving or DISCRETE_ONLY & set(settings) else 0.0
+    seeds = [(seed + k * SEEDS) % 2**63 for k in range(len(worlds))]
+    interfaces = _add_plant_of_robots(builder, scenario, worlds[0], seeds)
+    driven_robots = []
+    for interface, world, own_seed in zip(interfaces, worlds, seeds, strict=True):
+        others = [geometry for each in interfaces if each is not interface for geometry in each.robot_geometries]
+        driven_robots.append(_add_navigator(builder, interface, world, own_seed, others))
+    return driven_robots
+
+
+def _add_plant_of_robots(
+    builder: DiagramBuilder, scenario: Scenario, world: World, seeds: Sequence[int]
+) -> list[RobotInterface]:
+    """Add the plant, and make what makes its models robots, each with its own seed."""
+    robots, settings = scenario.robots, scenario.plant_config
+    moves = world.model is not None and world.model.moving
+    time_step = scenario.simulation.time_step if moves or DISCRETE_ONLY & set(settings) else 0.0
     plant, scene_graph = AddMultibodyPlant(make_plant_config(settings, plant_config(time_step)), builder)
-    models = []
-    for each in robots:
-        models.append(add_robot(plant, scene_graph, each.robot, each.start or (0.0, 0.0, 0.0), name=f"{each.name}_"))
+    models = [
+        add_robot(plant, scene_graph, each.robot, each.start or (0.0, 0.0, 0.0), name=f"{each.name}_")
+        for each in robots
+    ]
     add_collars(plant, scene_graph, robots, models)
     ground = add_ground(plant, world.extent)
     add_world(plant, world)
     plant.Finalize()
     if world.model is not None:
         drop_floors(plant, scene_graph, ground)
-    return _add_navigators(builder, (plant, scene_graph), robots, worlds, models, seed)
-
-
-def _add_navigators(
-    builder: DiagramBuilder,
-    scene: tuple[MultibodyPlant, SceneGraph],
-    robots: Sequence[Scenario],
-    worlds: Sequence[World],
-    models: Sequence[ModelInstanceIndex],
-    seed: int,
-) -> list[DrivenRobot]:
-    plant, scene_graph = scene
-    seeds = [(seed + k * SEEDS) % 2**63 for k in range(len(robots))]
     interfaces = [
-        RobotInterface(plant, scene_graph, model, each, seed=own)
-        for each, model, own in zip(robots, models, seeds, strict=True)
+        RobotInterface(plant, scene_graph, model, each, seed=seed)
+        for each, model, seed in zip(robots, models, seeds, strict=True)
     ]
-    warn_of_unseen(plant, scene_graph, worlds[0], interfaces)
-    shapes: list[list[GeometryId]] = [robot.robot_geometries for robot in interfaces]
-    driven_robots = []
-    for k, (each, robot, world) in enumerate(zip(robots, interfaces, worlds, strict=True)):
-        stopwatch = Stopwatch()
-        navigator = RobotNavigator(each, robot, world, seeds[k], stopwatch)
-        navigator = builder.AddNamedSystem(each.name, navigator)
-        connect_robot(builder, plant, scene_graph, models[k], navigator)
-        others = [g for j, own in enumerate(shapes) if j != k for g in own]
-        period = 1.0 / each.controller.rate
-        monitor = CollisionMonitor(
-            robot=shapes[k], ground=robot.floor, moving_obstacles=others, footprint=robot.robot.shape, period=period
-        )
-        monitor = builder.AddNamedSystem(f"collision_monitor_of_{each.name}", monitor)
-        builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
-        builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))
-        ports = plant.get_state_output_port(models[k]), navigator.GetOutputPort("twist_command")
-        states, commands = (LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports)
-        driven_robots.append(DrivenRobot(each, world, navigator.navigation, monitor, (states, commands), stopwatch, []))
-    return driven_robots
+    warn_of_unseen(plant, scene_graph, world, interfaces)
+    return interfaces
+
+
+def _add_navigator(
+    builder: DiagramBuilder, interface: RobotInterface, world: World, seed: int, others: list[GeometryId]
+) -> DrivenRobot:
+    """Add what drives a robot of the plant, and what checks its contacts, also with the geometries of other robots."""
+    scenario, plant, scene_graph = interface.scenario, interface.plant, interface.scene_graph
+    stopwatch = Stopwatch()
+    navigator = RobotNavigator(scenario, interface, world, seed, stopwatch)
+    navigator = builder.AddNamedSystem(scenario.name, navigator)
+    connect_robot(builder, plant, scene_graph, interface.model, navigator)
+    monitor = CollisionMonitor(
+        robot=interface.robot_geometries,
+        ground=interface.floor,
+        moving_obstacles=others,
+        footprint=scenario.robot.shape,
+        period=1.0 / scenario.controller.rate,
+    )
+    monitor = builder.AddNamedSystem(f"collision_monitor_of_{scenario.name}", monitor)
+    builder.Connect(scene_graph.get_query_output_port(), monitor.GetInputPort("geometry_query"))
+    builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))
+    ports = plant.get_state_output_port(interface.model), navigator.GetOutputPort("twist_command")
+    logs = [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports]
+    return DrivenRobot(scenario, world, navigator.navigation, monitor, logs, stopwatch, [])
 
 
 def _simulate_robots(
     simulator: Simulator, robots: Sequence[DrivenRobot], timeout: float, progress: Callable[[float, float], None] | None
 ) -> str:
     watches = [
-        make_watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.blocked, None)
+        make_watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.standstill_reasons, None)
         for each in robots
     ]
 
@@ -300,24 +313,24 @@ def _simulate_robots(
         if progress is not None:
             progress(current_time, limit)
 
-    def arrived(context: Context) -> bool:
+    def has_ended(context: Context) -> bool:
         return all(np.isfinite(each.find_arrival_times(context)).all() or each.has_given_up(context) for each in robots)
 
-    return advance_until(simulator, timeout, watch, arrived)
+    return advance_until(simulator, timeout, watch, has_ended)
 
 
 def _read_run(simulator: Simulator, robot: DrivenRobot, message: str, wall: float) -> Run:
     """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
     context = simulator.get_context()
     times = robot.find_arrival_times(context)
-    touching = robot.monitor.describe_contacts(robot.monitor.GetMyContextFromRoot(context))
+    contact_text = robot.monitor.describe_contacts(robot.monitor.GetMyContextFromRoot(context))
     if np.isfinite(times).all():
         message = "reached"
     elif robot.has_given_up(context):
         message = "unreachable"
     elif message != INTERRUPTED:
         message = TIMEOUT
-    message = touching or message
+    message = contact_text or message
     run = read_run(simulator, robot.navigation, robot.logs[0], message, wall)
     elapsed_time = float(times[-1]) if message == "reached" else run.elapsed
-    return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(robot.blocked))
+    return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(robot.standstill_reasons))

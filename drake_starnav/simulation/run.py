@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -37,7 +37,7 @@ from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.utils.files import check_outputs, write_text
-from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
 
 PROGRESS_PERIOD = 1.0
@@ -86,42 +86,57 @@ def run_trial(
     """
     method = check_method(scenario, method)
     make_simulator_config(scenario.simulator_config)  # refused before the run
-    check_outputs([None if path is None else Path(path) for path in (html, csv)])
+    files = [Path(path) for path in (html, csv) if path is not None]
+    check_outputs(files)
     world = _make_trial_world(scenario, parts, seed)
     # first: a world too large for it is refused at once
-    shortest = find_omniscient_path(world, scenario.robot.shape, scenario.goals)
+    shortest_path = find_omniscient_path(world, scenario.robot.shape, scenario.goals)
+    observers, stopwatch, builder = _list_observers(observer, html), Stopwatch(), DiagramBuilder()
+    holder: Diagram | DiagramBuilder = builder
+    try:
+        navigation = _add_trial_systems(builder, scenario, dataclasses.replace(parts, world=world), seed, stopwatch)
+        logs = add_monitors(builder, navigation)
+        for each in observers:
+            each.add_to(builder, navigation, scenario)
+        holder = diagram = builder.Build()
+        run = _simulate(diagram, navigation, logs, progress)
+        figures = compute_trial_figures(scenario, world, shortest_path, run, stopwatch)
+        trial = Trial(scenario=scenario.name, method=_name_method(method, parts), seed=seed, **figures)
+        if csv is not None:
+            _write_states(Path(csv), run, compute_hull_clearances(world, run, scenario.robot.shape)[1])
+        for each in observers:
+            each.finish(make_caption_lines(trial), Motion(run.times, run.driven[:, :3]))
+    finally:
+        release(holder)
+    if trial.outcome == INTERRUPTED:
+        raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{', in ' * bool(files)}{', '.join(map(str, files))}")
+    return trial
+
+
+def _name_method(method: str, parts: Parts) -> str:
+    """A method's name in reports: that of a controller of the user's own, if there is one."""
+    return (
+        method if parts.controller is None else getattr(parts.controller, "__name__", type(parts.controller).__name__)
+    )
+
+
+def _list_observers(observer: Observer | None, html: str | Path | None) -> list[Observer]:
+    """The observer of a trial, if there is one, and what records the trial if it is to be recorded."""
     observers: list[Observer] = [] if observer is None else [observer]
     if html is not None:
         from drake_starnav.visualization.recorder import Recorder  # Meshcat is only started when it is wanted
 
         observers.append(Recorder(html))
-    stopwatch, builder = Stopwatch(), DiagramBuilder()
-    holder: Diagram | DiagramBuilder = builder
-    try:
-        station = add_station(builder, world, scenario, continuous=True, seed=seed)
-        parts = dataclasses.replace(parts, world=world, station=station)
-        navigation = add_navigation(builder, scenario, parts, seed, stopwatch=stopwatch)
-        logs = add_monitors(builder, navigation)
-        for each in observers:
-            each.add_to(builder, navigation, scenario)
-        holder = diagram = builder.Build()
-        run = _simulate(diagram, navigation, logs, scenario, world, progress)
-        steps: dict[str, Any] = {name: stopwatch.summarize(name) for name in STEPS}
-        if parts.controller is not None:
-            method = getattr(parts.controller, "__name__", type(parts.controller).__name__)
-        clearances = compute_hull_clearances(world, run, scenario.robot.shape)
-        trial_figures = compute_trial_figures(scenario, world, shortest, run, clearances)
-        trial = Trial(scenario=scenario.name, method=method, seed=seed, **trial_figures, **steps)
-        if csv is not None:
-            _write_states(Path(csv), run, clearances[1])
-        for each in observers:
-            each.finish(make_caption_lines(trial), Motion(run.times, run.driven[:, :3]))
-        if trial.outcome == INTERRUPTED:
-            kept_files = ", ".join(str(path) for path in (html, csv) if path is not None)
-            raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{f', in {kept_files}' if kept_files else ''}")
-        return trial
-    finally:
-        release(holder)
+    return observers
+
+
+def _add_trial_systems(
+    builder: DiagramBuilder, scenario: Scenario, parts: Parts, seed: int, stopwatch: Stopwatch
+) -> Navigation:
+    """Add the robot in the world of the parts, and what drives it."""
+    assert parts.world is not None
+    station = add_station(builder, parts.world, scenario, continuous=True, seed=seed)
+    return add_navigation(builder, scenario, dataclasses.replace(parts, station=station), seed, stopwatch=stopwatch)
 
 
 def _make_trial_world(scenario: Scenario, parts: Parts, seed: int) -> World:
@@ -140,19 +155,18 @@ def _simulate(
     diagram: Diagram,
     navigation: Navigation,
     logs: list[VectorLogSink],
-    scenario: Scenario,
-    world: World,
     progress: Callable[[float, float], None] | None,
 ) -> Run:
     """Simulate until something ends the trial; the run says also what blocked the robot, and when."""
+    scenario = navigation.station.scenario
     simulator = make_simulator(diagram, settings=scenario.simulator_config)
     reports: list[tuple[float, str]] = []
     watch = make_watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
     start_time = time.perf_counter()
-    message = advance_until(simulator, scenario.simulation.timeout or world.timeout, watch)
+    message = advance_until(simulator, scenario.simulation.timeout or navigation.world.timeout, watch)
     context = simulator.get_context()
-    if message.startswith("unreachable") and (area := read_blocking_reason(navigation, context)):
-        reports.append((context.get_time(), area))
+    if message.startswith("unreachable") and (reason := read_blocking_reason(navigation, context)):
+        reports.append((context.get_time(), reason))
     run = read_run(simulator, navigation, logs[0], message, time.perf_counter() - start_time)
     return dataclasses.replace(run, blocked=tuple(reports))
 
@@ -170,25 +184,33 @@ def read_run(simulator: Simulator, navigation: Navigation, log: VectorLogSink, m
     record, station = log.FindLog(context), simulated(navigation.station)
     times, states = record.sample_times(), record.data()
     if times[-1] < context.get_time():
-        end = evaluate_port(station.plant.get_state_output_port(station.robot_model), context)
-        times, states = np.append(times, context.get_time()), np.column_stack((states, end))
-    nodes = 0
-    if isinstance(navigation.planner, StarRoadmapPlanner):
-        nodes = len(evaluate_port(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
-    reached_times: tuple[float, ...] = ()
-    if isinstance(navigation.goal, GoalSequence):
-        times_reached = evaluate_port(navigation.goal.GetOutputPort("reached"), context).tolist()
-        reached_times = tuple(time for time in times_reached if math.isfinite(time))
+        end_state = evaluate_port(station.plant.get_state_output_port(station.robot_model), context)
+        times, states = np.append(times, context.get_time()), np.column_stack((states, end_state))
     return Run(
         message=message,
         elapsed=context.get_time(),
         times=times.copy(),
         driven=read_planar_states(states.T, station.plant.num_positions(station.robot_model)),
         state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-        nodes=nodes,
+        nodes=_count_nodes(navigation, context),
         wall=wall,
-        goals=reached_times,
+        goals=_read_arrival_times(navigation, context),
     )
+
+
+def _count_nodes(navigation: Navigation, context: Context) -> int:
+    """Number of nodes in the roadmap; 0 without one."""
+    if not isinstance(navigation.planner, StarRoadmapPlanner):
+        return 0
+    return len(evaluate_port(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
+
+
+def _read_arrival_times(navigation: Navigation, context: Context) -> tuple[float, ...]:
+    """When each of several goals was reached, s, of those that were."""
+    if not isinstance(navigation.goal, GoalSequence):
+        return ()
+    times = evaluate_port(navigation.goal.GetOutputPort("reached"), context).tolist()
+    return tuple(time for time in times if math.isfinite(time))
 
 
 def advance_until(

@@ -15,6 +15,7 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, describe_contact, find_contact
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_roadmap_planner import NO_WAY, STANDSTILL
+from drake_starnav.utils.stopwatch import STEPS, Stopwatch
 from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.moving_obstacles import compute_moving_obstacle_clearance
 from drake_starnav.worlds.solvable import find_leg, make_poses
@@ -129,31 +130,17 @@ class Run:
 
 
 def compute_trial_figures(
-    scenario: Scenario,
-    world: World,
-    shortest: tuple[float, np.ndarray] | None,
-    run: Run,
-    hull: tuple[np.ndarray, np.ndarray],
+    scenario: Scenario, world: World, shortest_path: tuple[float, np.ndarray] | None, run: Run, stopwatch: Stopwatch
 ) -> dict[str, Any]:
-    """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove.
+    """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove, and its steps' times.
 
-    The shortest path is that of `find_omniscient_path`, the clearances are those of `compute_hull_clearances`.
+    The shortest path is that of `find_omniscient_path`.
     """
-    path = run.driven[:, :2]
-    kept_samples_of_path = select_samples(run.times, path, PATH_TOLERANCE)
-    standing, clearances = hull
-    outcome = COLLISION if standing.min() < 0.0 else run.message.split()[0]
-    length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
+    path, shape = run.driven[:, :2], scenario.robot.shape
+    standing_clearances, clearances = compute_hull_clearances(world, run, shape)
+    outcome = _find_outcome(scenario, world, run, is_struck=standing_clearances.min() < 0.0)
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
-    stood_still = length < NEVER_MOVED and run.elapsed > STANDSTILL
-    if outcome == TIMEOUT and (stood_still or (run.blocked and run.blocked[-1][1])):
-        outcome = "blocked"
-    if outcome in (TIMEOUT, "blocked", "unreachable") and is_goal_occupied(world, run, scenario):
-        outcome = "occupied"
-    samples = sample_evenly(run.times, np.column_stack((path, run.driven[:, 3:], clearances)), METRICS_PERIOD)
-    motion = compute_motion_metrics(
-        samples[:, :2], samples[:, 2:4], samples[:, 4], time_step=METRICS_PERIOD, footprint=scenario.robot.shape
-    )
+    length, kept_samples = _compute_length(path), select_samples(run.times, path, PATH_TOLERANCE)
     return {
         "outcome": outcome,
         "contact": find_contact(run.message),
@@ -162,27 +149,62 @@ def compute_trial_figures(
         "goals_s": [round(time, 6) for time in run.goals or [run.elapsed] * (outcome == "reached")],
         "time_s": round(run.elapsed, 6),
         "path_length_m": length,
-        "shortest_path_m": None if shortest is None else float(shortest[0]),
-        "straight_line_m": sum(math.dist(*leg) for leg in list_legs(world, scenario.goals)),
-        "tightest_gap_m": None if shortest is None else _replace_infinite(find_tightest_gap(world, shortest[1])),
+        **_describe_task(world, scenario.goals, shortest_path),
         "score": compute_benchmark_score(outcome, run.elapsed, world.optimal_time),
         "min_clearance_m": float(clearances.min()),
         "mean_speed_mps": length / run.elapsed if run.elapsed > 0.0 else 0.0,
-        **vars(motion),
+        **_measure_motion(run, clearances, shape),
         "nodes": run.nodes,
         "wall_s": run.wall,
         "state_hash": run.state_hash,
-        "path": path[kept_samples_of_path].round(3).tolist(),
-        "path_s": run.times[kept_samples_of_path].round(3).tolist(),
+        "path": path[kept_samples].round(3).tolist(),
+        "path_s": run.times[kept_samples].round(3).tolist(),
+        **{name: stopwatch.summarize(name) for name in STEPS},
+    }
+
+
+def _measure_motion(run: Run, clearances: np.ndarray, shape: Footprint) -> dict[str, Any]:
+    """The fields of `MotionMetrics`, of states at equal steps."""
+    samples = sample_evenly(
+        run.times, np.column_stack((run.driven[:, :2], run.driven[:, 3:], clearances)), METRICS_PERIOD
+    )
+    places, speeds, gaps = samples[:, :2], samples[:, 2:4], samples[:, 4]
+    return vars(compute_motion_metrics(places, speeds, gaps, time_step=METRICS_PERIOD, footprint=shape))
+
+
+def _find_outcome(scenario: Scenario, world: World, run: Run, *, is_struck: bool) -> str:
+    """How a run ended, see `Trial`; `is_struck`: whether the footprint was in something that stands."""
+    outcome = COLLISION if is_struck else run.message.split()[0]
+    stood_still = _compute_length(run.driven[:, :2]) < NEVER_MOVED and run.elapsed > STANDSTILL
+    if outcome == TIMEOUT and (stood_still or (run.blocked and run.blocked[-1][1])):
+        outcome = "blocked"
+    if outcome in (TIMEOUT, "blocked", "unreachable") and is_goal_occupied(world, run, scenario):
+        outcome = "occupied"
+    return outcome
+
+
+def _compute_length(path: np.ndarray) -> float:
+    """Of a path (n, 2), m."""
+    return float(np.hypot(*np.diff(path.T, axis=1)).sum())
+
+
+def _describe_task(world: World, goals: Goals, shortest_path: tuple[float, np.ndarray] | None) -> dict[str, Any]:
+    """Those fields of a `Trial` that do not depend on how the robot drove."""
+    return {
+        "shortest_path_m": None if shortest_path is None else float(shortest_path[0]),
+        "straight_line_m": sum(math.dist(*leg) for leg in list_legs(world, goals)),
+        "tightest_gap_m": None
+        if shortest_path is None
+        else _replace_infinite(find_tightest_gap(world, shortest_path[1])),
     }
 
 
 def compute_hull_clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
     """Return a footprint's clearances to what stands, and to what stands or moves; each of shape (n,), m."""
     poses = run.driven[:, :3]
-    standing = compute_body_clearance(world, poses, own)
-    moving = compute_moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)
-    return standing, np.minimum(standing, moving)
+    standing_clearances = compute_body_clearance(world, poses, own)
+    moving_clearances = compute_moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)
+    return standing_clearances, np.minimum(standing_clearances, moving_clearances)
 
 
 def is_goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:

@@ -1,7 +1,6 @@
 """Record robots that have driven in one scene, each with its outline, colour and trail."""
 
-import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,8 +24,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation.robot import body_top, obstacle_top
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import RecordingParameters, Scenario
+from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.model_world import find_floor_geometries
 from drake_starnav.station.world_geometry import add_still_obstacles, make_upright_prism
 from drake_starnav.visualization import meshes
@@ -52,8 +50,13 @@ def make_trail_layer(name: str, description: str, number: int) -> tuple[str, mes
     return f"{TRAIL}/{name}", meshes.Layer(f"{name}: {description}", color, "robot", height)
 
 
-_Part = tuple[Shape, float, float, meshes.Color]
-"""A shape, how far ahead its middle is and how far above the floor, m, and its colour."""
+class _Part(NamedTuple):
+    """A shape, how far ahead its middle is and how far above the floor, m, and its colour."""
+
+    shape: Shape
+    ahead: float
+    height: float
+    color: meshes.Color
 
 
 class _Body(NamedTuple):
@@ -64,21 +67,28 @@ class _Body(NamedTuple):
     parts: Sequence[_Part]
 
 
-class Driven(NamedTuple):
-    """A robot that has driven: its name, what it is, how it moved, the legend's words for it, and the goals (x, y), W,
-    m, that are its own."""
+class DrivenRobot(NamedTuple):
+    """A robot that has driven.
+
+    Attributes:
+        name: its own.
+        scenario: what it is, and how it is recorded.
+        motion: how it moved.
+        description: the legend's words for it.
+        goals: (x, y), W, m, that are its own.
+    """
 
     name: str
-    robot: RobotParameters
+    scenario: Scenario
     motion: Motion
-    said: str
+    description: str
     goals: Sequence[tuple[float, ...]] = ()
 
 
 def record_tracks(
-    scenario: Scenario,
-    driven: Sequence[Driven],
+    robots: Sequence[DrivenRobot],
     world: World,
+    heading: str,
     line: str,
     html: Path,
     view: str = "top",
@@ -87,90 +97,92 @@ def record_tracks(
     """Record robots that have driven in one scene: each stays at the pose where its motion ends.
 
     Args:
-        scenario: with the name and the parameters of the recording.
-        driven: the robots; where none has goals of its own, the world's is shown.
+        robots: where none has goals of its own, the world's is shown.
+        heading, line: of the caption.
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """
-    names, trails = zip(*(make_trail_layer(each.name, each.said, k) for k, each in enumerate(driven)), strict=True)
-    layers, parameters = dict(zip(names, trails, strict=True)), scenario.recording
-    layers |= {"goal": meshes.LAYERS["goal"]} if not any(each.goals for each in driven) else {}
-    layers |= meshes.add_scene_layers({}, world)
+    trails = dict(make_trail_layer(each.name, each.description, k) for k, each in enumerate(robots))
+    layers = {**trails, **meshes.add_scene_layers({}, world)}
     del layers["robot"]  # there are several, each with a row of its own
-    caption, rate = Caption(scenario.name, (line,), layers, shown), parameters.frames_per_second
-    scenarios = [dataclasses.replace(scenario, robot=each.robot, robots=()) for each in driven]
+    has_common_goal = not any(each.goals for each in robots)
+    if has_common_goal:
+        layers["goal"] = meshes.LAYERS["goal"]
     bodies = [
-        _make_robot_body(each, trail.color, body_top(own), 0.02 * (len(driven) - k))  # the first is on top
-        for k, (each, own, trail) in enumerate(zip(driven, scenarios, trails, strict=True))
+        _make_robot_body(each, layer.color, 0.02 * (len(robots) - k))  # the first is on top
+        for k, (each, layer) in enumerate(zip(robots, trails.values(), strict=True))
     ]
-    meshcat, motions = start_quiet_meshcat(), tuple(each.motion for each in driven)
-    times = np.arange(0.0, max(motion.duration for motion in motions) + 1.0 / rate, 1.0 / rate)
+    rate, meshcat = robots[0].scenario.recording.frames_per_second, start_quiet_meshcat()
     stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / rate, layers)
     meshcat.StartRecording(rate, set_visualizations_while_recording=False)
-    scene = _play_motions(meshcat, world, max(map(obstacle_top, scenarios)), bodies, times)
-    if "goal" in layers:
-        stage.add("goal", meshes.make_goal_star(world.goal, driven[0].robot.radius, world.extent), 0.0)
-    for each, name in zip(driven, names, strict=True):
-        _add_goals_and_trail(stage, each, name, layers[name].height, world.extent, parameters)
-    cameras = Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
-    finish_recording(meshcat, html, caption, cameras)
-    return RecordedRun(caption, world.extent, scene, stage.shapes, motions)
+    scene = _play_motions(meshcat, world, max(obstacle_top(each.scenario) for each in robots), bodies, rate)
+    if has_common_goal:
+        _add_goal(stage, "goal", world.goal, robots[0], world)
+    for each, layer_name in zip(robots, trails, strict=True):
+        for goal in each.goals:
+            _add_goal(stage, layer_name, goal, each, world)
+        _grow_trail(stage, layer_name, each, layers[layer_name].height, world)
+    caption = Caption(heading, (line,), layers, shown)
+    finish_recording(
+        meshcat, html, caption, Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
+    )
+    return RecordedRun(caption, world.extent, scene, stage.shapes, tuple(each.motion for each in robots))
 
 
-def _add_goals_and_trail(
-    stage: MeshcatStage,
-    driven: Driven,
-    layer: str,
-    height: float,
-    extent: tuple[float, float, float, float],
-    parameters: RecordingParameters,
-) -> None:
-    """Mark the goals of a robot in a world of that extent, and let its trail grow, so high above the floor, m."""
-    for place in driven.goals:
-        stage.add(layer, meshes.make_goal_star(place, driven.robot.radius, extent), 0.0)
-    width = meshes.LINE_WIDTH * meshes.choose_mark_scale(extent, driven.robot.radius)
-    rate, motion = parameters.frames_per_second, driven.motion
-    times = np.append(np.arange(0.0, motion.duration, 1.0 / rate), motion.duration)
-    every = max(round(rate / parameters.scan_rate), 1)
+def _add_goal(stage: MeshcatStage, layer: str, place: Sequence[float], robot: DrivenRobot, world: World) -> None:
+    """Mark a goal of a robot."""
+    stage.add(layer, meshes.make_goal_star(place, robot.scenario.robot.radius, world.extent), 0.0)
+
+
+def _grow_trail(stage: MeshcatStage, layer: str, robot: DrivenRobot, height: float, world: World) -> None:
+    """Let the trail of a robot grow, so high above the floor, m."""
+    width = meshes.LINE_WIDTH * meshes.choose_mark_scale(world.extent, robot.scenario.robot.radius)
+    recording, motion = robot.scenario.recording, robot.motion
+    times = np.append(np.arange(0.0, motion.duration, 1.0 / recording.frames_per_second), motion.duration)
+    piece = max(round(recording.frames_per_second / recording.scan_rate), 1)
     places = np.array([motion.at(float(time))[:2] for time in times])
     for k in range(1, len(times)):
-        if k % every == 0 or k == len(times) - 1:
-            trail = meshes.make_ribbon(places[(k - 1) // every * every : k + 1], width, height)
+        if k % piece == 0 or k == len(times) - 1:
+            trail = meshes.make_ribbon(places[(k - 1) // piece * piece : k + 1], width, height)
             stage.add(layer, trail, times[k] + FRAME_SLACK)
 
 
-def _play_motions(
-    meshcat: Meshcat, world: World, height: float, bodies: Sequence[_Body], times: np.ndarray
-) -> SceneTimeline:
-    """Show a world's obstacles, of a height, m, and how they and bodies move at the times, s, also in Meshcat."""
+def _play_motions(meshcat: Meshcat, world: World, height: float, robots: Sequence[_Body], rate: int) -> SceneTimeline:
+    """Show a world's obstacles, of a height, m, and how they and robots move, in frames of a rate, also in Meshcat."""
+    times = np.arange(0.0, max(body.motion.duration for body in robots) + 1.0 / rate, 1.0 / rate)
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     add_still_obstacles(plant, world, height)
     plant.Finalize()
     source = scene_graph.RegisterSource("bodies")
-    moving = _make_moving_bodies(world.moving_obstacles, height, times)
-    motions = {_register_body(scene_graph, source, body): body.motion for body in (*bodies, *moving)}
+    bodies = [*robots, *_make_moving_bodies(world.moving_obstacles, height, times)]
+    motions = {_register_body(scene_graph, source, body): body.motion for body in bodies}
     add_scene(builder, plant, scene_graph, meshcat, find_floor_geometries(plant, scene_graph))
     scene, diagram = SceneTimeline(scene_graph), builder.Build()
     context = diagram.CreateDefaultContext()
     scene_context = scene_graph.GetMyContextFromRoot(context)
     for time in times.tolist():
         context.SetTime(time + FRAME_SLACK)
-        poses = FramePoseVector()
-        for frame, motion in motions.items():
-            x, y, yaw = motion.at(time)
-            poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
-        scene_graph.get_source_pose_port(source).FixValue(scene_context, poses)
+        scene_graph.get_source_pose_port(source).FixValue(scene_context, _find_poses(motions, time))
         diagram.ForcedPublish(context)
         scene.note(scene_graph.get_query_output_port().Eval(scene_context), time)
     return scene
+
+
+def _find_poses(motions: Mapping[FrameId, Motion], time: float) -> FramePoseVector:
+    """Where frames are at a time, s."""
+    poses = FramePoseVector()
+    for frame, motion in motions.items():
+        x, y, yaw = motion.at(time)
+        poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
+    return poses
 
 
 def _make_moving_bodies(obstacles: MovingObstacles, height: float, times: np.ndarray) -> list[_Body]:
     positions, _ = moving_obstacle_states(obstacles, times)
     paths, color = np.insert(positions, 2, 0.0, axis=2).swapaxes(0, 1), meshes.MOVING_OBSTACLES.color
     return [
-        _Body(f"moving_obstacle_{k}", Motion(times, path), [(Cylinder(radius, height), 0.0, 0.5 * height, color)])
+        _Body(f"moving_obstacle_{k}", Motion(times, path), [_Part(Cylinder(radius, height), 0.0, 0.5 * height, color)])
         for k, (radius, path) in enumerate(zip(obstacles.radii, paths, strict=True))
     ]
 
@@ -178,19 +190,21 @@ def _make_moving_bodies(obstacles: MovingObstacles, height: float, times: np.nda
 def _register_body(scene_graph: SceneGraph, source: SourceId, body: _Body) -> FrameId:
     """Let a scene show a body; returns the frame that moves it."""
     frame = scene_graph.RegisterFrame(source, GeometryFrame(body.name))
-    for k, (shape, forward_axis, up, color) in enumerate(body.parts):
-        part = GeometryInstance(RigidTransform([forward_axis, 0.0, up]), shape, f"{body.name}_{k}")
-        part.set_illustration_properties(MakePhongIllustrationProperties([*color, 1.0]))
-        scene_graph.RegisterGeometry(source, frame, part)
+    for k, part in enumerate(body.parts):
+        instance = GeometryInstance(RigidTransform([part.ahead, 0.0, part.height]), part.shape, f"{body.name}_{k}")
+        instance.set_illustration_properties(MakePhongIllustrationProperties([*part.color, 1.0]))
+        scene_graph.RegisterGeometry(source, frame, instance)
     return frame
 
 
-def _make_robot_body(driven_robot: Driven, color: meshes.Color, height: float, above: float) -> _Body:
-    """A hull of its colour and height with a light deck, a bar ahead and a lidar, `above` the floor, m."""
-    shape, radius, top = driven_robot.robot.shape, driven_robot.robot.shape.radius, above + height
-    hulls = [make_upright_prism(part, height, driven_robot.name) for part in shape.parts] or [Cylinder(radius, height)]
-    parts = [(hull, 0.0, top - 0.5 * height, color) for hull in hulls]
-    parts += [(Cylinder(0.55 * radius, 0.004), 0.0, top, meshes.DECK_COLOR)] if shape.is_disc else []
-    parts += [(Box(0.8 * radius, 0.2 * radius, 0.008), 0.4 * radius, top, meshes.HEADING_COLOR)]
-    parts += [(Cylinder(0.24 * radius, 0.016), 0.0, top, meshes.LIDAR_COLOR)]
-    return _Body(f"robots/{driven_robot.name}", driven_robot.motion, parts)
+def _make_robot_body(robot: DrivenRobot, color: meshes.Color, floor: float) -> _Body:
+    """A hull of its colour and of the robot's height with a light deck, a bar ahead and a lidar, on a floor, m."""
+    shape, height = robot.scenario.robot.shape, body_top(robot.scenario)
+    radius, top = shape.radius, floor + height
+    hulls = [make_upright_prism(part, height, robot.name) for part in shape.parts] or [Cylinder(radius, height)]
+    parts = [_Part(hull, 0.0, top - 0.5 * height, color) for hull in hulls]
+    if shape.is_disc:
+        parts.append(_Part(Cylinder(0.55 * radius, 0.004), 0.0, top, meshes.DECK_COLOR))
+    parts.append(_Part(Box(0.8 * radius, 0.2 * radius, 0.008), 0.4 * radius, top, meshes.HEADING_COLOR))
+    parts.append(_Part(Cylinder(0.24 * radius, 0.016), 0.0, top, meshes.LIDAR_COLOR))
+    return _Body(f"robots/{robot.name}", robot.motion, parts)

@@ -25,7 +25,7 @@ def advance(run: LiveRun, seconds: float) -> None:
 
 @pytest.fixture
 def run() -> LiveRun:
-    return LiveRun(SCENARIO, seed=3, real_time_rate=0.0, say=lambda text: None)
+    return LiveRun(SCENARIO, seed=3, real_time_rate=0.0)
 
 
 def test_it_waits_for_start_and_pause_holds_it(run) -> None:
@@ -50,27 +50,26 @@ def test_stop_ends_it_and_the_buttons_go(run) -> None:
 
 
 def test_the_goal_moves_while_it_runs_and_after_arrival() -> None:
-    reported: list[str] = []
-    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, say=reported.append)
+    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0)
     click(run, "start")
-    while not any("reached" in text for text in reported):
+    while "reached" not in run.progress_text:
         assert run.step() and run.time < 15.0
     run.meshcat.SetSliderValue("goal x", 0.5)
     run.meshcat.SetSliderValue("goal y", -1.0)
     advance(run, 0.3)
     assert run.goal == pytest.approx([0.5, -1.0], abs=0.05)
-    while sum("reached" in text for text in reported) < 2:
+    while "reached" not in run.progress_text:
         assert run.step() and run.time < 40.0
     assert np.hypot(*(run.pose[:2] - [0.5, -1.0])) < 0.35
 
 
 def test_a_recording_of_it_may_be_kept(tmp_path) -> None:
     html = tmp_path / "live.html"
-    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, html=html, say=lambda text: None)
+    run = LiveRun(SCENARIO, seed=3, real_time_rate=0.0, html=html)
     click(run, "start")
     advance(run, 0.5)
     click(run, "stop")
-    run.run()
+    run.run(quiet=True)
     run.finish()
     assert "stopped after 0.5 s" in html.read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [html]
@@ -80,17 +79,16 @@ def test_several_robots_drive_to_their_own_goals(tmp_path) -> None:
     text = """world: !Obstacles {bounds: [-1, -2, 3, 2]}
 robots: [{start: [0, -1, 0], goal: [0.5, -1]}, {name: box, model: carrier, start: [0, 1, 0], goal: [0.8, 1]}]
 """
-    reported: list[str] = []
     scenario, html = parse_scenario(text, name="two"), tmp_path / "two.html"
-    run = LiveRobots(scenario, real_time_rate=0.0, html=html, say=reported.append)
+    run = LiveRobots(scenario, real_time_rate=0.0, html=html)
     assert run.meshcat.GetSliderNames() == []
     click(run, "start")
-    while not any("2 of 2 have reached their goals" in text for text in reported):
+    while run.progress_text != "2 of 2 have reached their goals":
         assert run.step() and run.time < 20.0
     for path in ("/starnav/trail/box", "/world/starbot_1_/starbot/base_link/rim", "/world/box_/carrier/base_link/rim"):
         assert run.meshcat.HasPath(path), path
     click(run, "stop")
-    run.run()
+    run.run(quiet=True)
     run.finish()
     page = html.read_text(encoding="utf-8")
     assert "stopped after" in page and "box: its goals" in page

@@ -15,6 +15,6 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="so
 
 def test_pages_of_meshcat_listen_on_loopback() -> None:
     recording = start_quiet_meshcat()
-    live = LiveRun(parse_scenario("world: !Obstacles {goal: [1.5, 0.0]}", name="empty"), say=lambda text: None)
+    live = LiveRun(parse_scenario("world: !Obstacles {goal: [1.5, 0.0]}", name="empty"))
     assert recording.port() != live.meshcat.port()
     assert listening(os.getpid()) and listening(os.getpid()) <= LOOPBACK

@@ -98,7 +98,7 @@ def test_the_first_that_differs_is_named(tmp_path) -> None:
     logged(path, FOREST, seconds=1.0)
     other = load_scenario("forest", overrides=["robot.max_speed=0.3"])
     log = read_log(path)
-    assert log.mounts and log.navigator().scenario.robot == FOREST.robot
+    assert log.mounts and log.make_navigator().scenario.robot == FOREST.robot
     slower = tmp_path / "slower.mcap"
     mixed = RunLog(slower, Navigator(other, warm=False))
     for tick in log.ticks:

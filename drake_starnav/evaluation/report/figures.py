@@ -30,8 +30,6 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 """The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (4, 1, 1, 1)))
-NARROW = 0.4
-"""Width of the figures for narrow windows, as a share of the others'; they have as many fewer panels a row."""
 BINS = 5
 """Number of bins for worlds of similar difficulty."""
 LEAST_IN_BIN = 5
@@ -105,10 +103,10 @@ def compute_success_points(results: Results) -> dict[tuple[str, str], Point]:
     }
 
 
-def draw_success_figure(results: Results, share: float = 1.0) -> "Figure":
+def draw_success_figure(results: Results) -> "Figure":
     """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
     label, points = "reached the goal, % (95 % interval)", compute_success_points(results)
-    return _draw_panels(results, results.methods, points, label, share, limits=(-4.0, 104.0))
+    return _draw_panels(results, results.methods, points, label, limits=(-4.0, 104.0))
 
 
 def compute_path_points(results: Results) -> dict[tuple[str, str], Point]:
@@ -123,11 +121,11 @@ def compute_path_points(results: Results) -> dict[tuple[str, str], Point]:
     return points
 
 
-def draw_path_figure(results: Results, share: float = 1.0) -> "Figure | None":
+def draw_path_figure(results: Results) -> "Figure | None":
     """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
     points = compute_path_points(results)
     label = "path / shortest path, median of the trials (95 % interval)"
-    return _draw_panels(results, results.methods, points, label, share, guide=1.0) if points else None
+    return _draw_panels(results, results.methods, points, label, guide=1.0) if points else None
 
 
 def compute_comparison_points(results: Results, reference: str, field: Compared) -> dict[tuple[str, str], Point]:
@@ -141,14 +139,12 @@ def compute_comparison_points(results: Results, reference: str, field: Compared)
     return points
 
 
-def draw_comparison_figure(
-    results: Results, reference: str, field: Compared, label: str, share: float = 1.0
-) -> "Figure | None":
+def draw_comparison_figure(results: Results, reference: str, field: Compared, label: str) -> "Figure | None":
     """Median of each method's time or path over the reference's, on trials that both finished, with its interval."""
     points = compute_comparison_points(results, reference, field)
     others = [method for method in results.methods if method != reference]
     label = f"{label}, % of {reference}'s, median of the trials (95 % interval)"
-    return _draw_panels(results, others, points, label, share, guide=100.0) if points else None
+    return _draw_panels(results, others, points, label, guide=100.0) if points else None
 
 
 def _draw_panels(
@@ -156,15 +152,14 @@ def _draw_panels(
     methods: Sequence[str],
     points: dict[tuple[str, str], Point],
     label: str,
-    share: float,
     *,
     limits: tuple[float, float] | None = None,
     guide: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
-    rows = math.ceil(len(results.scenarios) / _count_panels_in_row(4, share))
+    rows = math.ceil(len(results.scenarios) / 4)
     columns = math.ceil(len(results.scenarios) / rows)
-    figure = make_figure(rows * (0.95 + 0.38 * len(methods)), share * WIDTH)
+    figure = make_figure(rows * (0.95 + 0.38 * len(methods)))
     grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
     figure.supxlabel(label, fontsize=10)
     for axes in grid.flat[len(results.scenarios) :]:
@@ -172,22 +167,17 @@ def _draw_panels(
     for axes, scenario in zip(grid.flat, results.scenarios, strict=False):
         axes.set_title(scenario, fontsize=11, parse_math=False)
         axes.tick_params(labelbottom=True)
-        for y, method in enumerate(methods):
-            point = points.get((scenario, method))
-            if point is None:
-                continue
-            look = choose_style(results.methods, method)
-            axes.plot([point.low, point.high], [y, y], color=look["color"], linewidth=2.0)
-            axes.plot(point.value, y, color=look["color"], marker=look["marker"], markersize=6)
+        shown_points = {y: points[scenario, m] for y, m in enumerate(methods) if (scenario, m) in points}
+        for y, point in shown_points.items():
+            _draw_point(axes, point, y, choose_style(results.methods, methods[y]))
         if guide is not None:
             axes.axvline(guide, color="0.6", linewidth=0.8, zorder=0)
         if limits is not None:
             axes.set_xlim(*limits)
         else:
             axes.margins(x=0.12)
-        for y, method in enumerate(methods):
-            if (scenario, method) in points:
-                _label_point(axes, points[scenario, method], y)
+        for y, point in shown_points.items():
+            _label_point(axes, point, y)
         axes.grid(axis="x", color="0.9")
         axes.spines[["top", "right"]].set_visible(False)
     grid[0, 0].set_yticks(range(len(methods)), methods, parse_math=False)
@@ -195,9 +185,10 @@ def _draw_panels(
     return figure
 
 
-def _count_panels_in_row(panels: int, share: float) -> int:
-    """How many panels a figure of a share of the width has in a row."""
-    return max(1, round(panels * share - 0.2))
+def _draw_point(axes: "Axes", point: Point, y: float, style: dict[str, Any]) -> None:
+    """Draw a point's interval as a bar and its value as a marker."""
+    axes.plot([point.low, point.high], [y, y], color=style["color"], linewidth=2.0)
+    axes.plot(point.value, y, color=style["color"], marker=style["marker"], markersize=6)
 
 
 def _label_point(axes: "Axes", point: Point, y: float) -> None:
@@ -214,47 +205,45 @@ def compute_detour(record: Record) -> float | None:
     return shortest / straight if shortest and straight else None
 
 
-def read_tightest_gap(record: Record) -> float | None:
-    """The tightest gap on the shortest path, m; None without obstacles nearby or without such data in the record."""
-    return record.get("tightest_gap_m")
-
-
 DIFFICULTIES: tuple[tuple[str, Callable[[Record], float | None]], ...] = (
     ("shortest path / straight line", compute_detour),
-    ("tightest gap on the shortest path, m", read_tightest_gap),
+    ("tightest gap on the shortest path, m", lambda record: record.get("tightest_gap_m")),
 )
+"""Measures of how difficult a world is, in words, by the record of a trial; None where the record does not tell."""
 
 
-def draw_difficulty_figure(results: Results, share: float = 1.0) -> "Figure | None":
+def draw_difficulty_figure(results: Results) -> "Figure | None":
     """Success rate against the difficulty of the world, over all scenarios, with 95 % Wilson intervals."""
     panels = [(label, compute_difficulty_points(results, measure)) for label, measure in DIFFICULTIES]
     panels = [panel for panel in panels if panel[1]]
     if not panels:
         return None
-    columns = min(len(panels), _count_panels_in_row(2, share))
-    rows = math.ceil(len(panels) / columns)
-    figure = make_figure(3.9 * rows, share * WIDTH)
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for axes, (label, found_points) in zip(grid.flat, panels, strict=True):
-        places = sorted({x for _, x, _ in found_points})
-        spread = 0.25 * min(np.diff(places), default=0.0) / len(results.methods)
-        for k, method in enumerate(results.methods):
-            own = [
-                (x + spread * (k - (len(results.methods) - 1) / 2), p) for name, x, p in found_points if name == method
-            ]
-            look, (x, y) = choose_style(results.methods, method), ([at for at, _ in own], [p.value for _, p in own])
-            axes.plot(x, y, **look, markersize=5, linewidth=1.3, label=method)
-            for at, p in own:
-                axes.plot([at, at], [p.low, p.high], color=look["color"], linewidth=1.0)
+    figure = make_figure(3.9)
+    grid = figure.subplots(1, len(panels), squeeze=False)[0]
+    for axes, (label, points) in zip(grid, panels, strict=True):
+        _draw_success_by_difficulty(axes, results.methods, points)
         axes.set_xlabel(label)
-        axes.set_ylim(-4.0, 104.0)
-        axes.grid(color="0.92")
-        axes.spines[["top", "right"]].set_visible(False)
-    for axes in grid[:, 0]:
-        axes.set_ylabel("reached the goal, %")
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    _add_legend(figure, handles, labels)
+    grid[0].set_ylabel("reached the goal, %")
+    _add_legend(figure, *grid[0].get_legend_handles_labels())
     return figure
+
+
+def _draw_success_by_difficulty(
+    axes: "Axes", methods: Sequence[str], points: Sequence[tuple[str, float, Point]]
+) -> None:
+    """Draw a line for each method, a little aside of the others', through points as `compute_difficulty_points`."""
+    places = sorted({x for _, x, _ in points})
+    spread = 0.25 * min(np.diff(places), default=0.0) / len(methods)
+    for k, method in enumerate(methods):
+        offset = spread * (k - (len(methods) - 1) / 2)
+        own_points = {x + offset: point for name, x, point in points if name == method}
+        style, rates = choose_style(methods, method), [point.value for point in own_points.values()]
+        axes.plot(list(own_points), rates, **style, markersize=5, linewidth=1.3, label=method)
+        for x, point in own_points.items():
+            axes.plot([x, x], [point.low, point.high], color=style["color"], linewidth=1.0)
+    axes.set_ylim(-4.0, 104.0)
+    axes.grid(color="0.92")
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def compute_difficulty_points(
@@ -292,7 +281,7 @@ def compute_difficulty_edges(records: Sequence[Record], measure: Callable[[Recor
     return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
 
 
-def draw_trajectory_figure(results: Results, scenario: str, count: int, share: float = 1.0) -> "Figure | None":
+def draw_trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | None":
     """The driven paths of all methods over each of the first `count` worlds of a scenario."""
     trials: dict[int, list[Record]] = {}
     for record in results.records:
@@ -301,41 +290,48 @@ def draw_trajectory_figure(results: Results, scenario: str, count: int, share: f
     shown_trials = sorted(trials)[:count]
     if not shown_trials:
         return None
-    worlds = {trial: _make_world_of(results, trials[trial][0]) for trial in shown_trials}
-    x0, y0, x1, y1 = next(iter(worlds.values())).extent
-    columns = _count_panels_in_row(3 if x1 - x0 > 1.6 * (y1 - y0) else 4 if x1 - x0 > 0.7 * (y1 - y0) else 6, share)
-    rows = math.ceil(len(shown_trials) / columns)
-    width = share * WIDTH / columns
-    height = min(1.6 * width, (width - 0.2) * (y1 - y0) / (x1 - x0)) + 0.3
-    figure = make_figure(rows * height + 0.4, share * WIDTH)
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for axes in grid.flat:
-        axes.set_axis_off()
-    for axes, trial in zip(grid.flat, shown_trials, strict=False):
-        _draw_task(axes, worlds[trial])
-        for robot in (robot for record in trials[trial] for robot in record.get("robots", [record])):
-            look = choose_style(results.methods, robot["method"])
-            path = np.array(robot["path"])
-            layer_order = 4 - 0.1 * results.methods.index(robot["method"])  # the first method lies on top
-            rank = results.methods.index(robot["method"]) / len(results.methods)  # markers apart from one another's
-            line = {**look, "linewidth": 1.5, "alpha": 0.9, "markersize": 4, "markevery": (0.25 * rank, 0.25)}
-            axes.plot(*path.T, **line, label=robot["method"], zorder=layer_order)
-            if robot["outcome"] != "reached":
-                axes.plot(*path[-1], marker="x", color=look["color"], markersize=7, markeredgewidth=2.2, zorder=5)
-        numbers = [
-            f"{value:.2f}"
-            for value in (compute_detour(trials[trial][0]), read_tightest_gap(trials[trial][0]))
-            if value is not None
-        ]
+    worlds = [_make_world_of(results, trials[trial][0]) for trial in shown_trials]
+    figure, grid = _make_grid_of_worlds(worlds[0], len(worlds))
+    for axes, trial, world in zip(grid, shown_trials, worlds, strict=False):
+        _draw_task(axes, world)
+        for record in trials[trial]:
+            for robot in record.get("robots", [record]):
+                _draw_path(axes, robot, results.methods)
+        difficulties = (measure(trials[trial][0]) for _, measure in DIFFICULTIES)
+        numbers = [f"{value:.2f}" for value in difficulties if value is not None]
         axes.set_title(" · ".join((f"trial {trial}", *numbers)), fontsize=8.5, pad=2)
-    handles = {line.get_label(): line for axes in grid.flat for line in axes.get_legend_handles_labels()[0]}
-    ordered_methods = [method for method in results.methods if method in handles]
-    _add_legend(figure, [handles[method] for method in ordered_methods], ordered_methods)
+    handles = {line.get_label(): line for axes in grid for line in axes.get_legend_handles_labels()[0]}
+    methods = [method for method in results.methods if method in handles]
+    _add_legend(figure, [handles[method] for method in methods], methods)
     return figure
 
 
+def _make_grid_of_worlds(world: World, count: int) -> tuple["Figure", Sequence["Axes"]]:
+    """Make a figure with bare axes for so many worlds of one size."""
+    x0, y0, x1, y1 = world.extent
+    aspect = (x1 - x0) / (y1 - y0)
+    columns = 3 if aspect > 1.6 else 4 if aspect > 0.7 else 6
+    rows, width = math.ceil(count / columns), WIDTH / columns
+    figure = make_figure(rows * (min(1.6 * width, (width - 0.2) / aspect) + 0.3) + 0.4)
+    grid = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for axes in grid:
+        axes.set_axis_off()
+    return figure, grid
+
+
+def _draw_path(axes: "Axes", record: Record, methods: Sequence[str]) -> None:
+    """Draw a trial's path in the style of its method, and a cross at its end unless it reached the goal."""
+    method = record["method"]
+    rank, path, style = methods.index(method), np.array(record["path"]), choose_style(methods, method)
+    marker_shift = 0.25 * rank / len(methods)  # markers apart from one another's
+    line = {**style, "linewidth": 1.5, "alpha": 0.9, "markersize": 4, "markevery": (marker_shift, 0.25)}
+    axes.plot(*path.T, **line, label=method, zorder=4 - 0.1 * rank)  # the first method lies on top
+    if record["outcome"] != "reached":
+        axes.plot(*path[-1], marker="x", color=style["color"], markersize=7, markeredgewidth=2.2, zorder=5)
+
+
 def _add_legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str]) -> None:
-    columns = min(len(labels), _count_panels_in_row(len(COLORS), figure.get_figwidth() / WIDTH))
+    columns = min(len(labels), len(COLORS))
     legend = figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
     for text in legend.get_texts():
         text.set_parse_math(False)

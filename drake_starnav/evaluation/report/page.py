@@ -26,8 +26,11 @@ SECTIONS = {
     "reproduce": "How to reproduce it",
 }
 """Titles of the page's sections; those without content are left out."""
-PATH_IMAGE = "path over shortest path"
-"""The first picture of the section on cost, in words."""
+SUCCESS_IMAGE, DIFFICULTY_IMAGE = "success rate of each method", "success rate against difficulty"
+MADE_BY = "drake_starnav {drake_starnav} ({git}), Drake {drake}"
+
+Draw = Callable[[], "figures.Figure | None"]
+"""Draws a figure; None where there is nothing to show."""
 
 
 def write_page(
@@ -44,50 +47,61 @@ def write_page(
         progress: called after each picture with the number drawn and the number of all.
     """
     template = load_template()
-    drawings: dict[str, Callable[[float], figures.Figure | None]] = {
-        "success": lambda share: figures.draw_success_figure(results, share),
-        "difficulty": lambda share: figures.draw_difficulty_figure(results, share),
-        PATH_IMAGE: lambda share: figures.draw_path_figure(results, share),
-    }
-    cost_images = [PATH_IMAGE]
-    for reference, (field, words) in itertools.product(results.references, figures.COMPARED.items()):
-        cost_images.append(name := f"{words} compared with {reference}")
-        drawings[name] = partial(figures.draw_comparison_figure, results, reference, field, words)
-    for k, name in enumerate(results.scenarios):
-        drawings[f"{k}"] = lambda share, name=name: figures.draw_trajectory_figure(results, name, worlds, share)  # type: ignore[misc]
-    images = {}
-    for done, (name, draw) in enumerate(drawings.items(), start=1):
-        drawn_figures = [draw(share) for share in (1.0, figures.NARROW)]
-        images[name] = [
-            base64.b64encode(figures.render_svg(each).encode()).decode() for each in drawn_figures if each is not None
-        ]
-        if progress is not None:
-            progress(done, len(drawings))
-    trajectories = {name: images[f"{k}"] for k, name in enumerate(results.scenarios)}
-    outcome_table, *costs = make_result_tables(results)
+    images = _draw_images(_list_drawings(results, worlds), progress)
+    outcome_table, *cost_tables = make_result_tables(results)
     content = {
         "published": make_suite_tables(results),
-        "success": images["success"],
-        "difficulty": images["difficulty"],
-        "trajectories": {name: image for name, image in trajectories.items() if image},
+        "success": images.get(SUCCESS_IMAGE),
+        "difficulty": images.get(DIFFICULTY_IMAGE),
+        "trajectories": {name: images[name] for name in results.scenarios if name in images},
         "trials": [(chosen, results.make_trial_command(chosen.record)) for chosen in recordings],
     }
-    made_by = "drake_starnav {drake_starnav} ({git}), Drake {drake}"
     return template.render(
         content,
         sections={name: title for name, title in SECTIONS.items() if content.get(name, True)},
         heading=f"{', '.join(results.methods)} in {', '.join(results.scenarios)}",
         total=len(results.records),
         reached=sum(record["outcome"] == "reached" for record in results.records),
-        made_by=list(dict.fromkeys(made_by.format(**header["versions"]) for header in results.headers)),
+        made_by=list(dict.fromkeys(MADE_BY.format(**header["versions"]) for header in results.headers)),
         ends=[outcome_table],
-        costs=costs,
-        cost_images={name: images[name] for name in cost_images},
+        costs=cost_tables,
+        cost_images={name: images[name] for name in _list_cost_drawings(results) if name in images},
         worlds=worlds,
         commands=results.list_commands(),
         facts=_list_facts(results),
         texts=results.texts,
     )
+
+
+def _list_cost_drawings(results: Results) -> dict[str, Draw]:
+    """What draws the pictures of the section on cost, by what they show, in words."""
+    drawings: dict[str, Draw] = {"path over shortest path": partial(figures.draw_path_figure, results)}
+    for reference, (field, words) in itertools.product(results.references, figures.COMPARED.items()):
+        draw = partial(figures.draw_comparison_figure, results, reference, field, words)
+        drawings[f"{words} compared with {reference}"] = draw
+    return drawings
+
+
+def _list_drawings(results: Results, worlds: int) -> dict[str, Draw]:
+    """What draws all pictures, by name; those of trajectories have the names of their scenarios."""
+    return {
+        SUCCESS_IMAGE: partial(figures.draw_success_figure, results),
+        DIFFICULTY_IMAGE: partial(figures.draw_difficulty_figure, results),
+        **_list_cost_drawings(results),
+        **{name: partial(figures.draw_trajectory_figure, results, name, worlds) for name in results.scenarios},
+    }
+
+
+def _draw_images(drawings: dict[str, Draw], progress: Callable[[int, int], None] | None) -> dict[str, str]:
+    """The pictures as SVG in base64; a picture with nothing to show is left out."""
+    images = {}
+    for drawn_count, (name, draw) in enumerate(drawings.items(), start=1):
+        figure = draw()
+        if figure is not None:
+            images[name] = base64.b64encode(figures.render_svg(figure).encode()).decode()
+        if progress is not None:
+            progress(drawn_count, len(drawings))
+    return images
 
 
 def load_template() -> "Template":

@@ -17,9 +17,6 @@ from drake_starnav.parameters import unknown_name
 from drake_starnav.scenario.schema import Scenario, select_world
 from drake_starnav.scenario.shipped import list_scenario_names
 
-PROGRAM = "starnav"
-"""The program of the commands in a file that does not say what was typed; a checkout's scripts are the same."""
-
 
 @dataclass(frozen=True)
 class Results:
@@ -82,7 +79,7 @@ class Results:
 
     def list_commands(self) -> list[str]:
         """The commands that ran the trials, one for each file, as they were typed; empty if none was."""
-        return [_describe_command(header) for header in self.headers]
+        return [header.get("command", "") for header in self.headers]
 
     def make_trial_command(self, record: Record) -> str:
         """The command that runs one trial again and records it."""
@@ -92,8 +89,8 @@ class Results:
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
         parts += ["--html", f"out/{make_page_name(record)}"]
-        program, _, typed_arguments = _describe_command(header).partition(" benchmark ")
-        return f"{program if typed_arguments else PROGRAM} simulate {shlex.join(parts)}"
+        program, _, typed_arguments = header.get("command", "").partition(" benchmark ")
+        return f"{program if typed_arguments else 'starnav'} simulate {shlex.join(parts)}"
 
 
 def make_page_name(record: Record) -> str:
@@ -189,10 +186,6 @@ def _describe_task(case: Mapping[str, str], header: Header, *, compares_settings
     if compares_settings:  # the worlds are made for what the robot covers
         return shared_task | {"robot.radius": robot.radius, "robot.footprint": robot.footprint}
     return shared_task | {"robot": robot, "simulation": scenario.simulation}
-
-
-def _describe_command(header: Header) -> str:
-    return re.sub(r"^python \S*benchmark\.py ", f"{PROGRAM} benchmark ", header.get("command", ""))
 
 
 def _describe_source(case: Mapping[str, str]) -> str:
