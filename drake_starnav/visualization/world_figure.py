@@ -59,17 +59,16 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
         axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
 
 
-def world_axes(world: World, title: str, width: float | None = None) -> tuple[Any, Any]:
+def world_axes(world: World, title: str) -> tuple[Any, Any]:
     """A Matplotlib figure of a world seen from above, for `save_figure`, and its axes to draw more into.
 
-    Its width, inches, is by default 9 or 7, by the world's shape.
+    Its width, inches, is 9 or 7, by the world's shape.
     """
     x0, y0, x1, y1 = world.extent
     spare = 0.0 if world.bounds is not None else OPEN_BORDER - 0.4
     x0, y0, x1, y1 = x0 + spare, y0 + spare, x1 - spare, y1 - spare
-    least = 4.0 if width is None else 1.0
-    width = width or (9.0 if x1 - x0 >= y1 - y0 else 7.0)
-    figure = make_figure(min(12.0, max(least, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
+    width = 9.0 if x1 - x0 >= y1 - y0 else 7.0
+    figure = make_figure(min(12.0, max(4.0, width * (y1 - y0) / (x1 - x0) + 1.0)), width)
     axis = figure.add_subplot()
     draw_world(axis, world)
     axis.set_xlim(x0 - 0.2, x1 + 0.2)

@@ -48,7 +48,7 @@ def test_a_trial_of_several_robots_is_one_record_with_theirs_in_it() -> None:
 def test_only_numbered_worlds_that_exist_can_be_asked_for() -> None:
     barn, forest = make_cases(["barn", "forest"], ["star"])
     check_worlds([barn], [0, 5, 11])
-    with pytest.raises(StarnavError, match=r"world\.id is 12; allowed: a world of .*: 0-11"):
+    with pytest.raises(StarnavError, match=r"world\.id is 12; allowed: a world of .*: \[0, 1, 2"):
         check_worlds([barn], [0, 12])
     with pytest.raises(StarnavError, match="--worlds with scenario forest, whose world !Forest has no number; allowed"):
         check_worlds([barn, forest], [0])

@@ -20,7 +20,6 @@ from drake_starnav.worlds.world import check_keys, check_numbers
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """What a cell may be, the values of ROS's `OccupancyGrid`."""
-MODES = ("trinary", "scale", "raw")
 IMAGES = (".pgm", ".png", ".bmp")
 FINEST, COARSEST = 1e-3, 100.0
 """Sides that cells may have, m."""
@@ -80,13 +79,12 @@ def read_map(path: Path) -> OccupancyMap:
     if negate not in (0, 1):
         raise StarnavError(f"map {path}: negate is {shown(negate)}; allowed: 0 or 1")
     mode = keys.get("mode", "trinary")
-    mode = mode.lower() if isinstance(mode, str) else mode
-    if mode not in MODES:
-        raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: one of {', '.join(MODES)}")
-    shade, opacity = read_image(_find_image(keys, path))
-    cells = classify_pixels(
-        shade, opacity, mode=mode, negate=bool(negate), occupied=occupied_threshold, free=free_threshold
-    )
+    if str(mode).lower() != "trinary":
+        raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: trinary")
+    darkness = read_brightness(_find_image(keys, path)) if negate else 1.0 - read_brightness(_find_image(keys, path))
+    cells = np.full(darkness.shape, UNKNOWN, np.int8)
+    cells[darkness > occupied_threshold] = OCCUPIED
+    cells[darkness < free_threshold] = FREE
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
 
 
@@ -96,41 +94,10 @@ def _find_image(keys: dict[str, Any], path: Path) -> Path:
     return path.parent / keys["image"]
 
 
-def classify_pixels(
-    shade: np.ndarray, opacity: np.ndarray | None, *, mode: str, negate: bool, occupied: float, free: float
-) -> np.ndarray:
-    """What each pixel says, as FREE, OCCUPIED or UNKNOWN, int8.
+def read_brightness(path: Path) -> np.ndarray:
+    """Brightness of a PGM (P2, P5), PNG or BMP image, in which opacity counts as a fourth colour if any is transparent.
 
-    What lies between the thresholds is unknown in every mode: a wall cannot stand with a probability. So the modes
-    differ only in how a pixel is read: `trinary` averages its opacity in with its colours, `scale` takes what is not
-    opaque as unknown, and `raw` takes 8-bit values up to 100 as percentages and others as unknown.
-
-    Args:
-        shade, opacity: as in `read_image`.
-        mode: one of MODES.
-        negate: whether bright pixels are occupied instead of dark ones; not used by `raw`.
-        occupied, free: thresholds of the occupancy, 0 to 1.
-    """
-    unknown = np.zeros(shade.shape, bool)
-    if mode == "raw":
-        percent = np.round(shade * 255.0)
-        unknown, probability = percent > 100.0, percent / 100.0
-    else:
-        if opacity is not None and mode == "trinary":
-            shade = 0.75 * shade + 0.25 * opacity
-        elif opacity is not None:
-            unknown = opacity < 1.0
-        probability = shade if negate else 1.0 - shade
-    cells = np.full(shade.shape, UNKNOWN, np.int8)
-    cells[~unknown & (probability > occupied)] = OCCUPIED
-    cells[~unknown & (probability < free)] = FREE
-    return cells
-
-
-def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Brightness and, if it has any transparency, opacity of a PGM (P2, P5), PNG or BMP image.
-
-    Both are of shape (ny, nx), 0 to 1, the upper row first. A `StarnavError` if the file is missing, broken, of another
+    It is of shape (ny, nx), 0 to 1, the upper row first. A `StarnavError` if the file is missing, broken, of another
     format or size than it says, or too large.
     """
     from PIL import Image  # late: only maps need it
@@ -148,20 +115,18 @@ def read_image(path: Path) -> tuple[np.ndarray, np.ndarray | None]:
             if image.width * image.height > LARGEST_MAP:
                 raise StarnavError(f"{place} has {image.width} x {image.height} pixels; allowed: at most {LARGEST_MAP}")
             image.load()
-            return _read_brightness(image)
+            return _average_colors(image)
 
 
-def _read_brightness(image: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    if image.mode == "P" or "transparency" in image.info:
+def _average_colors(image: Any) -> np.ndarray:
+    if image.mode in ("P", "LA") or "transparency" in image.info:
         image = image.convert("RGBA")
     elif image.mode == "1":
         image = image.convert("L")
-    pixels = np.asarray(image)
-    pixels = pixels / (65535.0 if image.mode.startswith("I") else 255.0)
-    if image.mode in ("LA", "RGBA"):
-        opacity = pixels[..., -1]
-        return pixels[..., :-1].mean(axis=-1), None if (opacity == 1.0).all() else opacity
-    return (pixels if pixels.ndim == 2 else pixels.mean(axis=-1)), None
+    pixels = np.asarray(image) / (65535.0 if image.mode.startswith("I") else 255.0)
+    if image.mode == "RGBA" and (pixels[..., 3] == 1.0).all():
+        pixels = pixels[..., :3]
+    return pixels if pixels.ndim == 2 else pixels.mean(axis=-1)
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:

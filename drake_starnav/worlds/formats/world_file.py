@@ -65,7 +65,7 @@ class WorldFile:
         """Raise `StarnavError` unless the file has a world of each number."""
         for number in numbers:
             if number not in self.worlds:
-                known_ids = _format_ranges(sorted(self.worlds))
+                known_ids = shown(sorted(self.worlds))
                 raise StarnavError(f"world.id is {number}; allowed: a world of {self.path}: {known_ids}")
 
     def world(self, number: int, keys: Sequence[str]) -> tuple[str, dict[str, Any]]:
@@ -113,17 +113,6 @@ class NumberedWorld:
     def _world(self, entry: dict[str, Any], content: dict[str, Any]) -> World:
         """The world of an entry of a file of that content."""
         raise NotImplementedError
-
-
-def _format_ranges(numbers: list[int]) -> str:
-    """Ascending numbers as text: [0, 1, 2, 5] is "0-2, 5"."""
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][-1] + 1:
-            runs[-1][1:] = [number]
-        else:
-            runs.append([number])
-    return ", ".join("-".join(str(x) for x in run) for run in runs)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, classify_pixels, read_map
+from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map
 from tests.helpers.maps import write_map
 
 KEYS = {"image": "m.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0], "occupied_thresh": 0.65, "free_thresh": 0.196}
@@ -66,33 +66,15 @@ def test_written_maps_read_back(tmp_path: Path) -> None:
     assert (again.resolution, again.origin) == (grid.resolution, grid.origin)
 
 
-@pytest.mark.parametrize(
-    ("mode", "negate", "expected"),
-    [
-        ("trinary", False, "#?..."),  # 0, 128, 205, 230 and 255 are occupied by 1, 0.5, 0.2, 0.1 and 0
-        ("trinary", True, ".?###"),
-        ("scale", False, "#?..."),
-        ("raw", False, ".????"),
-    ],
-)
-def test_modes_and_negation(mode: str, negate: bool, expected: str) -> None:
-    shade = np.array([0, 128, 205, 230, 255]) / 255.0
-    cells = classify_pixels(shade, None, mode=mode, negate=negate, occupied=0.65, free=0.25)
-    assert "".join(CODES[cell] for cell in cells) == expected
+@pytest.mark.parametrize(("negate", "row"), [(0, "#?..."), (1, ".?###")])
+def test_dark_cells_are_occupied_and_bright_ones_in_a_negated_map(tmp_path: Path, negate: int, row: str) -> None:
+    shades = np.array([[0, 128, 205, 230, 255]], np.uint8)
+    assert rows_of(write(tmp_path, shades, negate=negate, free_thresh=0.25)) == [row]
 
 
-def test_raw_values_are_percentages() -> None:
-    shade = np.array([0, 10, 30, 70, 100, 101, 255]) / 255.0
-    cells = classify_pixels(shade, None, mode="raw", negate=False, occupied=0.65, free=0.25)
-    assert "".join(CODES[cell] for cell in cells) == "..?##??"
-
-
-def test_what_is_transparent_is_unknown_in_a_scaled_map() -> None:
-    shade, opacity = np.array([0.0, 1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0, 0.5])
-    cells = classify_pixels(shade, opacity, mode="scale", negate=False, occupied=0.65, free=0.25)
-    assert "".join(CODES[cell] for cell in cells) == "#.??"
-    cells = classify_pixels(shade, opacity, mode="trinary", negate=False, occupied=0.65, free=0.25)
-    assert "".join(CODES[cell] for cell in cells) == "#.#."  # opacity counts as a fourth colour
+def test_opacity_counts_as_a_fourth_colour(tmp_path: Path) -> None:
+    pixels = np.array([[(s, s, s, a) for s, a in ((0, 255), (255, 255), (0, 0), (255, 128))]], np.uint8)
+    assert rows_of(write(tmp_path, pixels, "m.png", free_thresh=0.25)) == ["#.#."]
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
@@ -116,7 +98,7 @@ def test_places_follow_the_origin(yaw: float) -> None:
         ({"occupied_thresh": 0.1}, "free_thresh is 0.196, occupied_thresh is 0.1; allowed: 0 <= free_thresh <= occ"),
         ({"free_thresh": -0.1}, "free_thresh is -0.1"),
         ({"negate": 2}, "negate is 2; allowed: 0 or 1"),
-        ({"mode": "binary"}, "mode is 'binary'; allowed: one of trinary, scale, raw"),
+        ({"mode": "raw"}, "mode is 'raw'; allowed: trinary"),
         ({"image": None}, "has no image"),
         ({"image": "other.pgm"}, r"other\.pgm cannot be read: no such file; allowed: a complete PGM"),
         ({"free_thresh": None}, "has no free_thresh; allowed: a mapping with image"),
