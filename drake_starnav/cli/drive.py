@@ -42,16 +42,12 @@ def make_imported(kind: str, options: Sequence[str], *arguments: Any) -> Any:
         raise StarnavError(f"robot {shown(kind)}: {error}; allowed: the arguments of {factory.__name__}") from None
 
 
-def _add_robot(parser: argparse.ArgumentParser, what: str) -> None:
-    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE", help=f"of the {what}; repeated")
-
-
 def _add_drive_options(parser: argparse.ArgumentParser) -> None:
     add_scenario(parser)
     parser.add_argument(
         "--robot", default="ros2", metavar="KIND", help="ros2, or MODULE:NAME of what makes a robot (default: ros2)"
     )
-    _add_robot(parser, "robot")
+    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE", help="of the robot; repeated")
     parser.add_argument("--goal", type=float, nargs="+", metavar="X", help="X Y [YAW], m and rad, where none comes in")
     parser.add_argument("--log", type=Path, metavar="FILE.mcap", help="write what comes in and is commanded")
     parser.add_argument("--seconds", type=float, default=math.inf, help="drive for so long (default: until Ctrl-C)")

@@ -105,13 +105,17 @@ def _record_run(options: argparse.Namespace) -> int:
     run = choose_run(options)
     html = options.html or Path("out") / f"{run.name}.html"
     check_outputs([html])  # so that it has a name, from which others are derived
-    clips = {kind: path if path.name else html.with_suffix(f".{kind}") for kind, path in _list_clips(options).items()}
+    clips = [
+        path if path.name else html.with_suffix(suffix)
+        for path, suffix in ((options.gif, ".gif"), (options.mp4, ".mp4"))
+        if path is not None
+    ]
     _check_numbers(options)
     stills = _list_still_times(html, options)
     read = {run.log or Path(options.run)}
     if run.log is None and not Path(options.run).name.endswith(TRIAL_SUFFIXES):
         read.add(find_scenario(options.run))
-    check_outputs([html, *clips.values(), *(path for path, _ in stills)], read)
+    check_outputs([html, *clips, *(path for path, _ in stills)], read)
 
     from drake_starnav.visualization.page import check_view  # late: bad input is reported before Drake is loaded
 
@@ -131,10 +135,9 @@ def _record_run(options: argparse.Namespace) -> int:
             width = options.width if path.suffix == ".png" else options.width / 100
             write_still(path, recorded_run, time, options.view, width)
         if clips:
-            write_clips([*clips.values()], recorded_run, options.view, options.width, options.speed, options.rate)
-    written_files = [html, *(path for path, _ in stills), *clips.values()]
+            write_clips(clips, recorded_run, options.view, options.width, options.speed, options.rate)
     if not options.quiet:
-        print_written(written_files)
+        print_written([html, *(path for path, _ in stills), *clips])
     if not same:
         print(
             f"{find_program_name()} record: this run differs from the trial it repeats; "
@@ -249,10 +252,6 @@ def _list_still_times(html: Path, options: argparse.Namespace) -> list[tuple[Pat
             at = "" if time == math.inf else f"-{time:g}s"
             stills.append((html.with_name(f"{html.stem}{at}.{kind}"), time))
     return stills
-
-
-def _list_clips(options: argparse.Namespace) -> dict[str, Path]:
-    return {kind: path for kind in ("gif", "mp4") if (path := getattr(options, kind)) is not None}
 
 
 record = Command(

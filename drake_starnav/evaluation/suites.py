@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from drake_starnav.errors import shown
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.summary import (
-    Summary,
     Table,
     compare_trials,
     format_number,
@@ -96,12 +95,13 @@ def make_suite_table(suite: Suite, records: Sequence[Record], references: Sequen
     for summary in summarize_records(records):
         case = (summary.scenario, summary.method)
         paper = suite.published.get(case, Published())
+        failures = ", ".join(f"{count} {outcome}" for outcome, count in summary.failures.items() if count)
         pairs = [compare_trials(by_case[case], by_case.get((summary.scenario, name), [])) for name in references]
         rows.append(
             (
                 *case,
                 str(summary.trials), format_rate(summary.reached, summary.trials),
-                format_number(paper.success_percent, 1), _format_failures(summary),
+                format_number(paper.success_percent, 1), failures or "-",
                 *(_format_ratio(pair.time_ratio, pair.trials) for pair in pairs), format_number(paper.time_percent, 1),
                 *(_format_ratio(pair.path_ratio, pair.trials) for pair in pairs), format_number(paper.path_percent, 1),
                 f"{format_number(summary.command_p50_s, 3, 1e3)} / {format_number(summary.command_p99_s, 3, 1e3)}",
@@ -119,8 +119,3 @@ def make_suite_table(suite: Suite, records: Sequence[Record], references: Sequen
 def _format_ratio(ratio: float | None, trials: int) -> str:
     """A mean of ratios in per cent, and of how many trials that both finished."""
     return "-" if ratio is None else f"{100.0 * ratio:.1f} ({trials})"
-
-
-def _format_failures(summary: Summary) -> str:
-    """How trials ended that did not reach the goal, each with its number."""
-    return ", ".join(f"{count} {outcome}" for outcome, count in summary.failures.items() if count) or "-"

@@ -1,7 +1,6 @@
 """Scans and poses from ROS 1 and ROS 2 bags; ROS need not be installed."""
 
 import math
-import operator
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -45,43 +44,53 @@ def read_rosbag(
             messages, no transform leads from the lidar to a fixed frame, the lidar is tilted, or all scans were taken
             before or after all poses.
     """
-    frames, every = Frames(f"bag {path}"), list(_read_messages(path, scan_topic, pose_topic))
-    cut = _restart(path, every, scan_topic)
-    for topic, message in every[:cut]:
-        if hasattr(message, "transforms"):
-            for each in message.transforms:
-                frames.add(each.child_frame_id, each.header, each.transform, moves=not topic.endswith(FIXED_TRANSFORMS))
-        elif topic != scan_topic:
-            pose = getattr(message.pose, "pose", message.pose)  # the first of a pose with its covariance
-            frames.add_robot(getattr(message, "child_frame_id", ""), message.header, pose)
-    scan_messages = [(seconds(message.header.stamp), message) for topic, message in every[:cut] if topic == scan_topic]
-    scans = sorted(
-        ((time, message) for time, message in scan_messages if len(message.ranges)), key=operator.itemgetter(0)
-    )
-    empty = len(scan_messages) - len(scans)
-    if not scans:
-        raise StarnavError(f"bag {path}: {scan_topic} has {counted(empty, 'scan')} without ranges; allowed: one with")
-    if empty:
-        warnings.warn(f"bag {path}: {empty} of {len(scan_messages)} scans left out, without ranges", stacklevel=2)
-    chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for _, message in scans}}
+    frames, messages = Frames(f"bag {path}"), list(_read_messages(path, scan_topic, pose_topic))
+    messages = messages[: _find_restart(path, messages, scan_topic)]
+    for topic, message in messages:
+        if topic != scan_topic:
+            _add_poses(frames, topic, message)
+    scan_messages = _select_scans([message for topic, message in messages if topic == scan_topic], path, scan_topic)
+    chains = {frame: frames.chain(frame) for frame in {message.header.frame_id for message in scan_messages}}
     spans = {frame: span(chain) for frame, chain in chains.items()}
-    first, last = next(iter(spans.values()))
+    first_time, last_time = next(iter(spans.values()))
     records = []
-    for time, message in scans:
-        frame = message.header.frame_id
+    for message in scan_messages:
+        frame, time = message.header.frame_id, seconds(message.header.stamp)
         if spans[frame][0] <= time <= spans[frame][1]:
-            pose = pose_along(chains[frame], time)
-            records.append(_record(time - first, message, pose, path))
-    span_text = f"scans are from {scans[0][0]:.3f} to {scans[-1][0]:.3f} s, poses from {first:.3f} to {last:.3f} s"
+            records.append(_record(time - first_time, message, pose_along(chains[frame], time), path))
+    begin, end = (seconds(message.header.stamp) for message in (scan_messages[0], scan_messages[-1]))
+    span_text = f"scans are from {begin:.3f} to {end:.3f} s, poses from {first_time:.3f} to {last_time:.3f} s"
     if not records:
         raise StarnavError(f"bag {path}: {span_text}; allowed: stamps of one clock, and scans between poses")
-    if len(records) < len(scans):
-        left_out = len(scans) - len(records)
-        warnings.warn(f"bag {path}: {left_out} of {len(scans)} scans left out: {span_text}", stacklevel=2)
+    if len(records) < len(scan_messages):
+        omitted_count = len(scan_messages) - len(records)
+        warnings.warn(f"bag {path}: {omitted_count} of {len(scan_messages)} scans left out: {span_text}", stacklevel=2)
     return restore_scans(records, f"bag {path}", mask)
 
 
-def _restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -> int | None:
+def _add_poses(frames: Frames, topic: str, message: Any) -> None:
+    """Add the transforms of a message, or the pose of the robot."""
+    if hasattr(message, "transforms"):
+        for each in message.transforms:
+            frames.add(each.child_frame_id, each.header, each.transform, moves=not topic.endswith(FIXED_TRANSFORMS))
+    else:
+        pose = getattr(message.pose, "pose", message.pose)  # the first of a pose with its covariance
+        frames.add_robot(getattr(message, "child_frame_id", ""), message.header, pose)
+
+
+def _select_scans(messages: Sequence[Any], path: Path, scan_topic: str) -> list[Any]:
+    """The scans that have ranges, by their stamps, with a warning of the others."""
+    scans = sorted((each for each in messages if len(each.ranges)), key=lambda each: seconds(each.header.stamp))
+    empty_count = len(messages) - len(scans)
+    if not scans:
+        empty_text = counted(empty_count, "scan")
+        raise StarnavError(f"bag {path}: {scan_topic} has {empty_text} without ranges; allowed: one with")
+    if empty_count:
+        warnings.warn(f"bag {path}: {empty_count} of {len(messages)} scans left out, without ranges", stacklevel=3)
+    return scans
+
+
+def _find_restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: str) -> int | None:
     """Index of the first message after the clock was set back, with a warning; None if it never was.
 
     It was where two messages in a row, of one topic or one pair of frames, are older than one before them: a single one

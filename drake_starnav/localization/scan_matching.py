@@ -9,6 +9,7 @@ metric, ICRA 2008; the prior: this project.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -293,54 +294,82 @@ def match_scan(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: 
 
     The scan is in S, which was at the pose `odometry` (x, y, yaw) in O when it was taken.
     """
-    hit = scan.mappable_hits
     if not scan_map.keyframes:
         travel = Travel(np.array(odometry, dtype=float))
-        first = Keyframe.of(scan, compose_poses(scan_map.correction, odometry), travel, error)
-        return ScanMap((first,), first.pose[None, :2], scan_map.correction, travel, scan.time)
+        first_keyframe = Keyframe.of(scan, compose_poses(scan_map.correction, odometry), travel, error)
+        places = first_keyframe.pose[None, :2]
+        return ScanMap((first_keyframe,), places, scan_map.correction, travel, scan.time)
     step, unit = find_pose_in_frame(scan_map.travel.pose, odometry), error.body
-    way = math.hypot(step[0], step[1])
-    if (way < STILL * unit and abs(step[2]) < STILL_HEADING) or np.count_nonzero(hit) < 20:
+    is_still = math.hypot(step[0], step[1]) < STILL * unit and abs(step[2]) < STILL_HEADING
+    if is_still or np.count_nonzero(scan.mappable_hits) < 20:
         return scan_map
-    speed = np.array(step[:2]) / max(scan.time - scan_map.time, 1e-9)
-    has_jumped = (
-        error.jump > 0.0 and np.hypot(*(speed - scan_map.speed)) * (scan.time - scan_map.time) > UNSEEN_JUMP * unit
-    )
-    jump = error.jump if has_jumped or error.jump <= UNSEEN_JUMP * unit else 0.0
-    speed = scan_map.speed if has_jumped else speed
-    drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
-    # m and rad; 0.0005 without faults
-    deviation = np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
-    predicted_pose = compose_poses(scan_map.correction, odometry)
+    speed, jump = _find_jump(scan_map, step, scan.time - scan_map.time, error)
     travel = scan_map.travel.extend(odometry, error.drift, jump)
-    points = scan.points_at(scan.distances, hit, (0.0, 0.0, 0.0))
-    pose, share, used = predicted_pose, 0.0, scan_map.last
-    near_places = _select_keyframes_in_view(scan_map, scan, predicted_pose, unit)
-    for index in dict.fromkeys(
-        (*near_places[:2], scan_map.last)
-    ):  # the oldest in view are tried before the last one used
-        returning = np.array((RETURN_ERROR * unit, RETURN_ERROR * unit, RETURN_TURN))
-        keyframe = scan_map.keyframes[index]
-        found_pose, fits = align_pose(
-            keyframe, points, predicted_pose, deviation + (index < scan_map.last) * returning, error
-        )
-        if not travel.can_have_made(keyframe.travel, find_pose_in_frame(keyframe.pose, found_pose), returning):
-            continue
-        if fits > share:
-            pose, share, used = found_pose, fits, index
-        if fits >= GOOD_SHARE:
-            break
-    if share < POOR_SHARE:
-        pose = predicted_pose
-    keyframes, places = scan_map.keyframes, scan_map.places
+    predicted_pose = compose_poses(scan_map.correction, odometry)
+    keyframes_in_view = _select_keyframes_in_view(scan_map, scan, predicted_pose, unit)
+    deviation = _estimate_deviation(step, jump, error)
+    match = _align_with_keyframes(scan_map, scan, travel, predicted_pose, keyframes_in_view, deviation, error)
+    pose = match.pose if match.share >= POOR_SHARE else predicted_pose
+    keyframes, places, matched_index = scan_map.keyframes, scan_map.places, match.keyframe_index
     place_distance = np.hypot(*(places - pose[:2]).T)
-    if (place_distance[near_places] > SPACING * unit).all() or (
-        share < GOOD_SHARE and place_distance[-1] > LEAST_SPACING * unit
+    if (place_distance[keyframes_in_view] > SPACING * unit).all() or (
+        match.share < GOOD_SHARE and place_distance[-1] > LEAST_SPACING * unit
     ):
         keyframes, places = (*keyframes, Keyframe.of(scan, pose, travel, error)), np.vstack((places, pose[:2]))
-        used = used if share >= GOOD_SHARE else len(keyframes) - 1
+        matched_index = matched_index if match.share >= GOOD_SHARE else len(keyframes) - 1
     correction = compose_poses(pose, invert_pose(odometry))
-    return ScanMap(keyframes, places, correction, travel, scan.time, speed, used)
+    return ScanMap(keyframes, places, correction, travel, scan.time, speed, matched_index)
+
+
+def _find_jump(scan_map: ScanMap, step: Place, duration: float, error: OdometryError) -> tuple[np.ndarray, float]:
+    """The robot's speed by a step of the odometry, which takes a duration, s, and how far that may have jumped, m."""
+    speed = np.array(step[:2]) / max(duration, 1e-9)
+    unseen_jump = UNSEEN_JUMP * error.body
+    has_jumped = error.jump > 0.0 and np.hypot(*(speed - scan_map.speed)) * duration > unseen_jump
+    jump = error.jump if has_jumped or error.jump <= unseen_jump else 0.0
+    return scan_map.speed if has_jumped else speed, jump
+
+
+def _estimate_deviation(step: Place, jump: float, error: OdometryError) -> np.ndarray:
+    """Standard deviations of the odometry after a step, shape (3,), m and rad; 0.0005 without faults."""
+    drift = 2.0 * error.drift  # more than once, as drift is no noise but has the same sign each time
+    way = math.hypot(step[0], step[1])
+    return np.array((drift * way + jump, drift * way + jump, drift * abs(step[2]))) + 0.0005
+
+
+class _Match(NamedTuple):
+    """How a scan fits a keyframe: its pose in M then, the share of its hits that do, and the keyframe's index."""
+
+    pose: np.ndarray
+    share: float
+    keyframe_index: int
+
+
+def _align_with_keyframes(
+    scan_map: ScanMap,
+    scan: LaserScan,
+    travel: Travel,
+    predicted_pose: np.ndarray,
+    keyframes_in_view: Sequence[int],
+    deviation: np.ndarray,
+    error: OdometryError,
+) -> _Match:
+    """The match with the first keyframe that a scan fits well, else with the one that it fits best."""
+    best_match = _Match(predicted_pose, 0.0, scan_map.last)
+    points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
+    return_error = np.array((RETURN_ERROR * error.body, RETURN_ERROR * error.body, RETURN_TURN))
+    # the oldest in view are tried before the last one used
+    for index in dict.fromkeys((*keyframes_in_view[:2], scan_map.last)):
+        keyframe = scan_map.keyframes[index]
+        index_deviation = deviation + (index < scan_map.last) * return_error
+        pose, share = align_pose(keyframe, points, predicted_pose, index_deviation, error)
+        if not travel.can_have_made(keyframe.travel, find_pose_in_frame(keyframe.pose, pose), return_error):
+            continue
+        if share > best_match.share:
+            best_match = _Match(pose, share, index)
+        if share >= GOOD_SHARE:
+            break
+    return best_match
 
 
 def _select_keyframes_in_view(scan_map: ScanMap, scan: LaserScan, pose: np.ndarray, unit: float) -> list[int]:

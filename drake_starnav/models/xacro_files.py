@@ -37,9 +37,10 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
             "expanded already (xacro IN > OUT)"
         )
     package = str(Path(__file__).parents[2])
+    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
     run = subprocess.run(
         [sys.executable, "-c", f"from {__name__} import _answer_process; _answer_process({MOST_TIME})"],
-        input=json.dumps([str(path), {name: _format_value(value) for name, value in arguments.items()}]).encode(),
+        input=json.dumps([str(path), texts]).encode(),
         capture_output=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))},
     )
@@ -57,10 +58,6 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
         if name not in answer["declared"]:
             raise unknown_name(f"key robot.xacro_args.{name} of {path}", name, sorted(answer["declared"]))
     return str(answer["text"]).encode()
-
-
-def _format_value(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 class _Arguments(dict[str, str]):

@@ -155,14 +155,14 @@ def _make_robot_scenarios(sections: dict[str, Any], name: str, place: str, metho
 
 def declare_each_other(robots: Sequence[Scenario]) -> list[Scenario]:
     """The scenarios of robots to each of which the others are obstacles that move, as fast and as large as they are."""
-    return [_declare_others(robot, [other.robot for other in robots if other is not robot]) for robot in robots]
-
-
-def _declare_others(robot: Scenario, others: list[RobotParameters]) -> Scenario:
-    obstacles = robot.obstacles
-    fastest = max(obstacles.max_speed, *(other.max_speed for other in others))
-    largest = max(obstacles.max_radius, *(other.radius for other in others))
-    return dataclasses.replace(robot, obstacles=dataclasses.replace(obstacles, max_speed=fastest, max_radius=largest))
+    declared_robots = []
+    for robot in robots:
+        others, obstacles = [other.robot for other in robots if other is not robot], robot.obstacles
+        max_speed = max(obstacles.max_speed, *(other.max_speed for other in others))
+        max_radius = max(obstacles.max_radius, *(other.radius for other in others))
+        obstacles = dataclasses.replace(obstacles, max_speed=max_speed, max_radius=max_radius)
+        declared_robots.append(dataclasses.replace(robot, obstacles=obstacles))
+    return declared_robots
 
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:
@@ -184,7 +184,10 @@ def format_scenario(scenario: Scenario) -> str:
     if scenario.goals:
         sections["goals"] = [list(goal) for goal in scenario.goals]
     if scenario.zones:
-        sections["zones"] = [format_section(_write_zone(zone), type(zone).__name__) for zone in scenario.zones]
+        sections["zones"] = [
+            format_section({**dataclasses.asdict(zone), "polygon": [*map(list, zone.polygon)]}, type(zone).__name__)
+            for zone in scenario.zones
+        ]
     if scenario.robots:
         sections["robots"] = [_make_robot_section(robot) for robot in scenario.robots]
     sections |= {key: format_section(getattr(scenario, key)) for key in DRAKE_CONFIGS if getattr(scenario, key)}
@@ -242,10 +245,6 @@ def _read_zones(entries: Any) -> tuple[Any, ...]:
         except StarnavError as error:
             raise StarnavError(f"zones[{k}]: {error}") from None
     return tuple(zones)
-
-
-def _write_zone(zone: Any) -> dict[str, Any]:
-    return {**dataclasses.asdict(zone), "polygon": [list(corner) for corner in zone.polygon]}
 
 
 def _read_drake_config(mapping: Any, key: str) -> dict[str, Any]:

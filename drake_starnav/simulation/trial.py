@@ -190,9 +190,10 @@ def _compute_length(path: np.ndarray) -> float:
 
 def _describe_task(world: World, goals: Goals, shortest_path: tuple[float, np.ndarray] | None) -> dict[str, Any]:
     """Those fields of a `Trial` that do not depend on how the robot drove."""
+    places = [world.start[:2], *(goal[:2] for goal in goals or (world.goal,))]
     return {
         "shortest_path_m": None if shortest_path is None else float(shortest_path[0]),
-        "straight_line_m": sum(math.dist(*leg) for leg in list_legs(world, goals)),
+        "straight_line_m": sum(math.dist(*leg) for leg in itertools.pairwise(places)),
         "tightest_gap_m": None
         if shortest_path is None
         else _replace_infinite(find_tightest_gap(world, shortest_path[1])),
@@ -244,12 +245,6 @@ def make_caption_lines(trial: Trial) -> tuple[str, ...]:
     what = trial.outcome if trial.contact is None else describe_contact(trial.outcome, trial.contact)
     outcome = outcome_texts.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
-
-
-def list_legs(world: World, goals: Goals) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
-    """Where a robot shall drive: both ends (x, y) of each leg, from the start to the goals, or the world's."""
-    places = [world.start[:2], *(goal[:2] for goal in goals or (world.goal,))]
-    return list(itertools.pairwise(places))
 
 
 def find_omniscient_path(world: World, robot: Footprint | float, goals: Goals = ()) -> tuple[float, np.ndarray] | None:

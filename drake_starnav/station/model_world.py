@@ -27,7 +27,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
-from pydrake.multibody.tree import RigidBody
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_starnav.errors import StarnavError
@@ -157,39 +157,44 @@ def add_model(plant: MultibodyPlant, scene_graph: SceneGraph, model: ModelFile) 
     Raises:
         StarnavError: Drake cannot parse the file, or a mesh file is missing.
     """
-    parser = Parser(plant)
-    parser.SetAutoRenaming(True)
-    add_packages(parser)
-    place, files = model.path or "directives", Models(weld=model.weld)
-    with refuse_parser_warnings(f"model {place}", said=files.restore_names):
-        if model.text:
-            instances = parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
-        else:
-            model_file = find_file(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
-            instances = parser.AddModels(
-                str(files.model(model_file or Path(parser.package_map().ResolveUrl(model.path))))
-            )
+    place = f"model {model.path or 'directives'}"
+    instances = _parse_model(plant, model, place)
+    bodies = [index for instance in instances for index in plant.GetBodyIndices(instance)]
     if model.weld:
-        held_bodies = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
-        for index in [index for instance in instances for index in plant.GetBodyIndices(instance)]:
-            body = plant.get_body(index)
-            if index not in held_bodies:
-                X_WB = plant.GetDefaultFloatingBaseBodyPose(body)
-                plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
-    for name in find_massless_links(
-        plant, [index for instance in instances for index in plant.GetBodyIndices(instance)]
-    ):
+        _weld_bodies(plant, bodies)
+    for name in find_massless_links(plant, bodies):
         raise StarnavError(
-            f"model {place}: link {name} moves and has no mass; allowed: <inertial> with a mass and an inertia, or "
+            f"{place}: link {name} moves and has no mass; allowed: <inertial> with a mass and an inertia, or "
             "weld: true for a body that no joint holds"
         )
     inspector = scene_graph.model_inspector()
     for geometry in sorted(inspector.GetAllGeometryIds(), key=GeometryId.get_value):
         shape = inspector.GetShape(geometry)
         path = Path(shape.source().path()) if isinstance(shape, Mesh | Convex) and shape.source().is_path() else None
-        if path and (why := explain_missing_file(path)):
-            raise StarnavError(f"model {place}: mesh {path}: {why}; allowed: a mesh file")
+        if path and (fault := explain_missing_file(path)):
+            raise StarnavError(f"{place}: mesh {path}: {fault}; allowed: a mesh file")
     _make_surfaces(plant, scene_graph)
+
+
+def _parse_model(plant: MultibodyPlant, model: ModelFile, place: str) -> list[ModelInstanceIndex]:
+    """Add the models of a file, which is brought into a form that Drake reads; `place` names it in messages."""
+    parser, files = Parser(plant), Models(weld=model.weld)
+    parser.SetAutoRenaming(True)
+    add_packages(parser)
+    with refuse_parser_warnings(place, said=files.restore_names):
+        if model.text:
+            return parser.AddModelsFromString(files.directives(model.text, Path.cwd()), "dmd.yaml")
+        found_file = find_file(model.path, Path.cwd()) if "://" in model.path else Path(model.path)
+        path = found_file or Path(parser.package_map().ResolveUrl(model.path))
+        return parser.AddModels(str(files.model(path)))
+
+
+def _weld_bodies(plant: MultibodyPlant, bodies: Sequence[BodyIndex]) -> None:
+    """Weld those bodies that no joint holds to the world, where they stand."""
+    held_bodies = {plant.get_joint(index).child_body().index() for index in plant.GetJointIndices()}
+    for body in (plant.get_body(index) for index in bodies if index not in held_bodies):
+        X_WB = plant.GetDefaultFloatingBaseBodyPose(body)
+        plant.WeldFrames(plant.world_frame(), body.body_frame(), X_WB)
 
 
 def _make_surfaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:

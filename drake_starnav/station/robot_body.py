@@ -100,13 +100,9 @@ def remove_body_and_redraw(root: ElementTree.Element, robot: RobotParameters) ->
     own = RobotParameters(**read_own_body(robot.model))
     has_changed = (robot.footprint, robot.radius) != (own.footprint, own.radius)
     heights = _remove_body(root, keeps_looks=not has_changed)
-    _move_parts_outwards(root, robot, _find_growth(robot.shape, own.shape))
+    growth = min(robot.shape.cover_radius / own.shape.cover_radius, robot.shape.radius / own.shape.radius)
+    _move_parts_outwards(root, robot, max(growth, 1.0))
     return heights, has_changed
-
-
-def _find_growth(shape: Footprint, own: Footprint) -> float:
-    """By how much a shape is larger than a model's own; 1 if it is smaller in any way."""
-    return max(min(shape.cover_radius / own.cover_radius, shape.radius / own.radius), 1.0)
 
 
 def read_own_body(model: str) -> dict[str, Any]:

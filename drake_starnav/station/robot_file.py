@@ -44,14 +44,28 @@ def make_robot_urdf(robot: RobotParameters) -> ModelText:
         StarnavError: there is no such model, it cannot be read, or the footprint has no room for the wheels.
     """
     path = find_model_path("robots", f"{robot.model}.urdf")
-    is_file = os.path.isfile(path)
-    if not is_file:
+    is_shipped = os.path.isfile(path)
+    if not is_shipped:
         path = Path(robot.model)
         if path.suffix not in MODEL_FILES:
             names = ", ".join(sorted(p.stem for p in find_model_path("robots").glob("*.urdf")))
             raise StarnavError(
                 f"robot.model is {shown(robot.model)}; allowed: {names}, or the path of a .urdf or .xacro file"
             )
+    root = _read_model(path, robot)
+    _name_base(root)
+    _reroot_at_base(root)
+    body, has_changed = remove_body_and_redraw(root, robot) if is_shipped else (None, False)
+    _correct_masses(root, robot.mass_error)
+    models = Models()
+    models.make_urdf_readable(root, path.resolve())
+    if models.unseen:
+        warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
+    return ModelText(str(path), root, body, has_changed)
+
+
+def _read_model(path: Path, robot: RobotParameters) -> ElementTree.Element:
+    """The parts of a model file that are read, its macros expanded."""
     place, allowed_text = f"robot model {path}", "a URDF file with one robot"
     data = read_bytes(path, place, allowed_text)
     with explain_read_errors(place, allowed_text):
@@ -59,25 +73,20 @@ def make_robot_urdf(robot: RobotParameters) -> ModelText:
     for part in list(root):
         if part.tag not in KEPT and not part.tag.startswith("{"):
             root.remove(part)
-    _name_base(root)
-    _reroot_at_base(root)
-    body, has_changed = None, False
-    if is_file:
-        body, has_changed = remove_body_and_redraw(root, robot)
+    return root
+
+
+def _correct_masses(root: ElementTree.Element, mass_error: float) -> None:
+    """Let the base's mass and inertia grow by an error, and leave out the inertias of links without a mass."""
     inertial = root.find("link[@name='base_link']/inertial")
-    if robot.mass_error != 0.0 and inertial is not None:
+    if mass_error != 0.0 and inertial is not None:
         for element in (*inertial.iter("mass"), *inertial.iter("inertia")):
             for key, value in element.attrib.items():
-                element.set(key, repr(float(value) * (1.0 + robot.mass_error)))
+                element.set(key, repr(float(value) * (1.0 + mass_error)))
     for link in root.iter("link"):
         mass = link.find("inertial/mass")
         if mass is not None and float(mass.get("value", "0")) == 0.0:
             link.remove(link.find("inertial"))  # type: ignore[arg-type]
-    models = Models()
-    models.make_urdf_readable(root, path.resolve())
-    if models.unseen:
-        warnings.warn(f"robot model {path}: not shown: {', '.join(sorted(models.unseen))}", stacklevel=2)
-    return ModelText(str(path), root, body, has_changed)
 
 
 def fix_joints(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:

@@ -5,7 +5,7 @@ import math
 import re
 import warnings
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -29,7 +29,7 @@ from drake_starnav.station.robot_body import (
     find_protrusion,
     read_own_body,
 )
-from drake_starnav.station.robot_file import fix_joints, make_robot_urdf, move_origin, read_effort
+from drake_starnav.station.robot_file import ModelText, fix_joints, make_robot_urdf, move_origin, read_effort
 from drake_starnav.station.robot_geometry import (
     TOLERANCE,
     RobotModel,
@@ -39,7 +39,7 @@ from drake_starnav.station.robot_geometry import (
     find_standing_range,
     make_robot_outline,
 )
-from drake_starnav.station.robot_wheels import find_wheels, stand_on_wheels
+from drake_starnav.station.robot_wheels import Wheels, find_wheels, stand_on_wheels
 from drake_starnav.utils.resources import find_model_path
 
 WHEEL_GAIN = 10.0
@@ -71,42 +71,57 @@ def add_robot(
         StarnavError: there is no such model, Drake cannot read it, it lacks what a robot must have, it has no wheels on
             both sides, or it sticks out of its footprint.
     """
-    path, root, body, has_changed = make_robot_urdf(robot)
-    sketch, scene = _make_empty_plant()
-    model_read = RobotModel(sketch, scene, _parse_model(Parser(sketch), root, path))
-    has_base = sketch.HasBodyNamed("base_link", model_read.index)  # else there is nothing from which to measure
-    planar = robot.drive.holonomic and has_base
-    faults, wheels = [], None
-    if has_base and not planar:
-        try:
-            wheels = find_wheels(model_read, robot.wheel_joints)
-        except ValueError as error:
-            faults.append(str(error))
-    names = () if wheels is None else (*wheels.left, *wheels.right)
-    if wheels is not None and max(map(abs, wheels.middle)) > 1e-6:
-        move_origin(root, *wheels.middle)
-    held_joints = fix_joints(root, names)
-    if held_joints and (planar or wheels is not None):
-        warnings.warn(f"robot model {path}: joints held still: {', '.join(held_joints)}", stacklevel=2)
-    robot_model = RobotModel(plant, scene_graph, _parse_model(Parser(plant, model_name_prefix=name), root, path))
-    if body is not None:
-        add_body(robot_model, robot.shape, body)
-        if has_changed:
-            add_looks(robot_model, robot.shape, body, root)
-    floor = None
-    if planar:
-        put_on_joints(robot_model, max(0.0, -robot_model.find_lowest_point(robot_model.poses())), start)
-    elif wheels is not None:
-        floor = stand_on_wheels(robot_model, wheels, [read_effort(root, joint) for joint in names])
-    faults += find_model_faults(robot_model, robot, floor)
+    text = make_robot_urdf(robot)
+    plan = _plan_standing(text, robot)
+    floor, faults = None, list(plan.faults)
+    model = RobotModel(plant, scene_graph, _parse_model(Parser(plant, model_name_prefix=name), text.root, text.path))
+    if text.body is not None:
+        add_body(model, robot.shape, text.body)
+        if text.changed:
+            add_looks(model, robot.shape, text.body, text.root)
+    if plan.planar:
+        put_on_joints(model, max(0.0, -model.find_lowest_point(model.poses())), start)
+    elif plan.wheels is not None:
+        joints = (*plan.wheels.left, *plan.wheels.right)
+        floor = stand_on_wheels(model, plan.wheels, [read_effort(text.root, joint) for joint in joints])
+    faults += find_model_faults(model, robot, floor)
     if faults:
         fault_texts = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
-        raise StarnavError(f"robot model {path}: {'; '.join(fault_texts)}")
+        raise StarnavError(f"robot model {text.path}: {'; '.join(fault_texts)}")
     if floor is not None:
-        _set_gains(robot_model)
-        _exclude_wheel_collisions(robot_model)
-        _place_on_floor(robot_model, start, floor)
-    return robot_model.index
+        _set_gains(model)
+        _exclude_wheel_collisions(model)
+        X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [*start[:2], -floor])
+        plant.SetDefaultFloatingBaseBodyPose(model.base, X_WB)
+    return model.index
+
+
+class _StandingPlan(NamedTuple):
+    """On what a model is to stand: on joints of a planar base, on wheels, or, by its faults, on nothing."""
+
+    planar: bool
+    wheels: Wheels | None
+    faults: tuple[str, ...]
+
+
+def _plan_standing(text: ModelText, robot: RobotParameters) -> _StandingPlan:
+    """Find on what a robot stands; in its text, hold all other joints still, and centre it on its axles."""
+    plant, scene_graph = _make_empty_plant()
+    model = RobotModel(plant, scene_graph, _parse_model(Parser(plant), text.root, text.path))
+    has_base = plant.HasBodyNamed("base_link", model.index)  # else there is nothing from which to measure
+    planar, wheels = robot.drive.holonomic and has_base, None
+    faults: tuple[str, ...] = ()
+    if has_base and not planar:
+        try:
+            wheels = find_wheels(model, robot.wheel_joints)
+        except ValueError as error:
+            faults = (str(error),)
+    if wheels is not None and max(map(abs, wheels.middle)) > 1e-6:
+        move_origin(text.root, *wheels.middle)
+    held_joints = fix_joints(text.root, () if wheels is None else (*wheels.left, *wheels.right))
+    if held_joints and (planar or wheels is not None):
+        warnings.warn(f"robot model {text.path}: joints held still: {', '.join(held_joints)}", stacklevel=3)
+    return _StandingPlan(planar, wheels, faults)
 
 
 def _make_empty_plant() -> tuple[MultibodyPlant, SceneGraph]:
@@ -130,12 +145,6 @@ def _parse_model(parser: Parser, root: ElementTree.Element, path: str) -> ModelI
     with refuse_parser_warnings(f"robot model {path}", "a URDF file with one robot", said):
         (model,) = parser.AddModelsFromString(text, "urdf")
     return model
-
-
-def _place_on_floor(robot: RobotModel, start: tuple[float, float, float], floor: float) -> None:
-    x, y, yaw = start
-    X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, -floor])
-    robot.plant.SetDefaultFloatingBaseBodyPose(robot.base, X_WB)
 
 
 def _set_gains(robot: RobotModel) -> None:

@@ -46,12 +46,6 @@ def write_clips(paths: Sequence[Path], run: RecordedRun, view: str, width: int, 
             write_mp4(path, pictures, rate)
 
 
-def check_suffix(path: Path) -> None:
-    """Raise a `StarnavError` for a file of another format."""
-    if path.suffix not in STILLS + CLIPS:
-        raise StarnavError(f"picture {path}; allowed: a name that ends in {', '.join(STILLS + CLIPS)}")
-
-
 def choose_picture_times(duration: float, rate: int, speed: float) -> np.ndarray:
     """Times of a clip's pictures, shape (n,), s of the run; the first at its start, the last at its end.
 

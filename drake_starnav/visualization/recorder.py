@@ -130,8 +130,9 @@ class Recorder:
         """
         from drake_starnav.visualization import pictures  # Matplotlib is an extra
 
-        file = Path(path)
-        pictures.check_suffix(file)
+        file, suffixes = Path(path), pictures.STILLS + pictures.CLIPS
+        if file.suffix not in suffixes:
+            raise StarnavError(f"picture {path}; allowed: a name that ends in {', '.join(suffixes)}")
         if self.recorded is None:
             raise StarnavError("the recorder has recorded no run yet; allowed: after finish")
         if file.suffix in pictures.STILLS:

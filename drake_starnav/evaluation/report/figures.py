@@ -283,6 +283,8 @@ def compute_difficulty_edges(records: Sequence[Record], measure: Callable[[Recor
 
 def draw_trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | None":
     """The driven paths of all methods over each of the first `count` worlds of a scenario."""
+    from drake_starnav.navigation.robot import robot_world  # late: it loads Drake
+
     trials: dict[int, list[Record]] = {}
     for record in results.records:
         if record["scenario"] == scenario and record.get("path"):
@@ -290,7 +292,8 @@ def draw_trajectory_figure(results: Results, scenario: str, count: int) -> "Figu
     shown_trials = sorted(trials)[:count]
     if not shown_trials:
         return None
-    worlds = [_make_world_of(results, trials[trial][0]) for trial in shown_trials]
+    first_records = [trials[trial][0] for trial in shown_trials]
+    worlds = [robot_world(results.scenario(record), record["seed"]) for record in first_records]
     figure, grid = _make_grid_of_worlds(worlds[0], len(worlds))
     for axes, trial, world in zip(grid, shown_trials, worlds, strict=False):
         _draw_task(axes, world)
@@ -335,13 +338,6 @@ def _add_legend(figure: "Figure", handles: Sequence[Any], labels: Sequence[str])
     legend = figure.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=9)
     for text in legend.get_texts():
         text.set_parse_math(False)
-
-
-def _make_world_of(results: Results, record: Record) -> World:
-    from drake_starnav.navigation.robot import robot_world  # late: it loads Drake
-
-    scenario = results.scenario(record)
-    return robot_world(scenario, record["seed"])
 
 
 def _draw_task(axes: "Axes", world: World) -> None:

@@ -84,7 +84,9 @@ class Results:
     def make_trial_command(self, record: Record) -> str:
         """The command that runs one trial again and records it."""
         header, case = self._find_origin(record)
-        parts = [_describe_source(case), "--method", _describe_driver(case), "--seed", str(record["seed"])]
+        name = record["scenario"]
+        source = case.get("source") or (name if name in list_scenario_names() else f"{name}.yaml")
+        parts = [source, "--method", _describe_driver(case), "--seed", str(record["seed"])]
         parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
             parts += ["--set", f"world.id={record['world']}"]
@@ -186,8 +188,3 @@ def _describe_task(case: Mapping[str, str], header: Header, *, compares_settings
     if compares_settings:  # the worlds are made for what the robot covers
         return shared_task | {"robot.radius": robot.radius, "robot.footprint": robot.footprint}
     return shared_task | {"robot": robot, "simulation": scenario.simulation}
-
-
-def _describe_source(case: Mapping[str, str]) -> str:
-    name = case["scenario"]
-    return case.get("source") or (name if name in list_scenario_names() else f"{name}.yaml")

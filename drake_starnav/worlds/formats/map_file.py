@@ -81,17 +81,14 @@ def read_map(path: Path) -> OccupancyMap:
     mode = keys.get("mode", "trinary")
     if str(mode).lower() != "trinary":
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: trinary")
-    darkness = read_brightness(_find_image(keys, path)) if negate else 1.0 - read_brightness(_find_image(keys, path))
+    if not isinstance(keys["image"], str):
+        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
+    brightness = read_brightness(path.parent / keys["image"])
+    darkness = brightness if negate else 1.0 - brightness
     cells = np.full(darkness.shape, UNKNOWN, np.int8)
     cells[darkness > occupied_threshold] = OCCUPIED
     cells[darkness < free_threshold] = FREE
     return OccupancyMap(cells[::-1].copy(), resolution, (x, y, yaw))
-
-
-def _find_image(keys: dict[str, Any], path: Path) -> Path:
-    if not isinstance(keys["image"], str):
-        raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
-    return path.parent / keys["image"]
 
 
 def read_brightness(path: Path) -> np.ndarray:
