@@ -112,27 +112,34 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
     spans = [_measure_wheel_span(robot, joint) for joint in joints]
     axles = [(poses[joint.child_body().index()] @ _add_axle(joint)).translation() for joint in joints]
     floor = min(float(axle[2]) - span.radius for axle, span in zip(axles, spans, strict=True))
-    is_opposite = [abs(axle[0]) <= OPPOSITE for axle in axles]
-    turned_bodies = set()
-    for joint, span, axle, grip, effort in zip(joints, spans, axles, is_opposite, efforts, strict=True):
+    has_grip = [abs(axle[0]) <= OPPOSITE for axle in axles]
+    for joint, span, axle, grips, effort in zip(joints, spans, axles, has_grip, efforts, strict=True):
         robot.plant.AddJointActuator(joint.name(), joint, effort)
         radius = float(axle[2]) - floor
-        _add_rolling_sphere(robot, joint, span._replace(radius=radius if grip else radius - LIFTED), slides=not grip)
-        turned_bodies |= {body.index() for body in robot.find_carried_links(joint.child_body())}
-    if not any(is_opposite):
+        _add_rolling_sphere(robot, joint, span._replace(radius=radius if grips else radius - LIFTED), slides=not grips)
+    if not any(has_grip):
         for name, side in (("left_grip", axles[: len(wheels.left)]), ("right_grip", axles[len(wheels.left) :])):
             _, y, z = np.mean(side, axis=0)
             _add_grip(robot, name, np.array([0.0, y, z]), float(z) - floor)
-    support_places = [float(axle[0]) for axle, grip in zip(axles, is_opposite, strict=True) if not grip]
+    turned_links = {link.index() for joint in joints for link in robot.find_carried_links(joint.child_body())}
+    support_places = [float(axle[0]) for axle, grips in zip(axles, has_grip, strict=True) if not grips]
     for index, X_BL in poses.items():
-        if index not in turned_bodies:
+        if index not in turned_links:
             support_places += _let_link_slide(robot, index, X_BL, floor)
-    farthest_support = max(map(abs, support_places), default=0.5 * float(np.ptp([axle[1] for axle in axles])))
-    for end in (-farthest_support, farthest_support):
-        if not any(x * end > 0.0 for x in support_places):
-            place = RigidTransform([end, 0.0, floor + LIFTED + CASTER_RADIUS])
-            _register_sphere(robot, robot.base, place, CASTER_RADIUS, None)
+    _add_missing_casters(robot, support_places, 0.5 * float(np.ptp([axle[1] for axle in axles])), floor)
     return floor
+
+
+def _add_missing_casters(robot: RobotModel, support_places: list[float], half_track: float, floor: float) -> None:
+    """Add a caster before or behind the axle where a robot has none of its supports, as far away as the others are.
+
+    Supports are given by their x in base_link, m; without any a caster is as far away as `half_track`.
+    """
+    farthest_place = max(map(abs, support_places), default=half_track)
+    for x in (-farthest_place, farthest_place):
+        if not any(place * x > 0.0 for place in support_places):
+            X_BG = RigidTransform([x, 0.0, floor + LIFTED + CASTER_RADIUS])
+            _register_sphere(robot, robot.base, X_BG, CASTER_RADIUS, None)
 
 
 def _find_turning_joints(robot: RobotModel) -> list[_Turning]:

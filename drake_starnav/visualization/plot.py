@@ -56,25 +56,30 @@ def draw_moment_figure(
     """
     walls = 1.5 * WALL_THICKNESS * np.array([-1.0, -1.0, 1.0, 1.0])
     extent = around_robot(run.motions[0].at(time)) if view == "follow" else np.add(run.extent, walls)
-    (x0, y0, x1, y1), caption = extent, run.caption
-    handles = [_make_legend_handle(layer) for name, layer in caption.legend.items() if caption.shows(name)]
+    width_m, height_m = extent[2] - extent[0], extent[3] - extent[1]
+    handles = [_make_legend_handle(layer) for name, layer in run.caption.legend.items() if run.caption.shows(name)]
     is_narrow = width < NARROW
-    scene_height = (0.9 if is_narrow else 0.67) * width * (y1 - y0) / (x1 - x0)  # inches
+    scene_height = (0.9 if is_narrow else 0.67) * width * height_m / width_m  # inches
     legend_height = 0.22 * len(handles)  # in one column, inches
     figure = make_figure(max(scene_height + 0.9 + legend_height * is_narrow, legend_height + 0.2), width)
-    axes = figure.add_subplot(xlim=(x0, x1), ylim=(y0, y1), anchor="NW")
-    axes.set_aspect("equal")
-    axes.set_xlabel("x in m")
-    axes.set_ylabel("y in m")
+    axes = figure.add_subplot(xlim=extent[0::2], ylim=extent[1::2], anchor="NW")
     axes.set_title(title, size=TEXT_SIZE, loc="left", pad=4.0, parse_math=False)
-    step = np.diff(MaxNLocator(10, steps=(1, 2, 5, 10)).tick_values(0.0, max(x1 - x0, y1 - y0)))[0]
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MultipleLocator(step))
+    _label_axes(axes, max(width_m, height_m))
     _draw_scene(axes, run, time)
     place = "outside lower center" if is_narrow else "outside right upper"
     for text in figure.legend(handles=handles, loc=place, labelspacing=0.6, frameon=False).get_texts():
         text.set_parse_math(False)
     return figure
+
+
+def _label_axes(axes: Axes, length: float) -> None:
+    """Let axes have one scale, and equal steps for a length, m."""
+    axes.set_aspect("equal")
+    axes.set_xlabel("x in m")
+    axes.set_ylabel("y in m")
+    step = np.diff(MaxNLocator(10, steps=(1, 2, 5, 10)).tick_values(0.0, length))[0]
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step))
 
 
 def write_figure(path: Path, run: RecordedRun, time: float, width: float = WIDTH) -> None:
@@ -148,14 +153,11 @@ def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
         look = {"color": shape.colors[0], "markersize": shape.size, "markeredgewidth": 0.0, "zorder": order}
         axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))
         return
-    seam, opacity = SEAM if shape.opacity >= 1.0 else 0.0, shape.opacity
-    R, p = np.eye(2), np.zeros(2)
-    if shape.poses is not None:
-        X_WF = shape.poses.at(time)
-        R, p = X_WF[:2, :2], X_WF[:2, 3]
+    look = {"alpha": shape.opacity, "linewidth": SEAM if shape.opacity >= 1.0 else 0.0, "joinstyle": "round"}
+    X_WF = np.eye(3, 4) if shape.poses is None else shape.poses.at(time)
     for color, area in shape.areas.items():
         polygons = shapely.get_parts(area.normalize())
         rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
-        outlines = [shapely.get_coordinates(ring) @ R.T + p for ring in rings]
+        outlines = [shapely.get_coordinates(ring) @ X_WF[:2, :2].T + X_WF[:2, 3] for ring in rings]
         path = Outline.make_compound_path(*(Outline(outline, closed=True) for outline in outlines))
-        axes.add_artist(PathPatch(path, color=color, alpha=opacity, linewidth=seam, joinstyle="round", zorder=order))
+        axes.add_artist(PathPatch(path, color=color, zorder=order, **look))

@@ -20,6 +20,7 @@ from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import PlannerState
 from drake_starnav.robot import RobotParameters
+from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.safety.certificates import Certificate
 from drake_starnav.scenario.schema import RecordingParameters, Scenario
 from drake_starnav.surroundings import StarRegion
@@ -119,7 +120,7 @@ class StarRoadmapVisualizer(LeafSystem):
         }
         self._zones = [zone for zone in zones if isinstance(zone, meshes.ZONES)]
         self._nothing = state.roadmap
-        self._drawn = _Drawn(self._nothing)
+        self._drawn = _Drawn(self._nothing, self._zones)
         self.DeclareVectorInputPort("pose", 3)
         self._mounts = dict(zip(lidar_names("scan", len(mounts)), mounts, strict=True))
         for scan in self._mounts:
@@ -174,21 +175,14 @@ class StarRoadmapVisualizer(LeafSystem):
     def _clear(self, context: Context) -> EventStatus:
         self.stage.clear()
         self._bodies.clear()
-        self._drawn = _Drawn(self._nothing)
+        self._drawn = _Drawn(self._nothing, self._zones)
         return EventStatus.Succeeded()
 
     def _publish(self, context: Context) -> EventStatus:
         time = context.get_time() + FRAME_SLACK
-        pose, goal, twist, state = (
-            self._read_input(name, context) for name in ("pose", "goal", "twist", "planner_state")
-        )
-        if not self._drawn.zoned:
-            self._drawn.zoned = True
-            for zone in self._zones:
-                layer = meshes.name_zone_layer(zone)
-                area = meshes.make_area(shapely.Polygon(zone.polygon), LAYERS[layer].height)
-                self.stage.add(layer, area, time)
-        self._mark("goal", goal, time)
+        pose, twist, state = (self._read_input(name, context) for name in ("pose", "twist", "planner_state"))
+        self._draw_zones(time)
+        self._mark("goal", self._read_input("goal", context), time)
         if state is not None:
             self._draw_frontiers(state, time)
             self._draw_roadmap(state.roadmap, time)
@@ -207,6 +201,13 @@ class StarRoadmapVisualizer(LeafSystem):
             self._draw_certificate(self._read_input("certificate", context), time)
             self._draw_trail(time)
         return EventStatus.Succeeded()
+
+    def _draw_zones(self, time: float) -> None:
+        """Draw the zones, once."""
+        zones, self._drawn.undrawn_zones = self._drawn.undrawn_zones, []
+        for zone in zones:
+            layer = meshes.name_zone_layer(zone)
+            self.stage.add(layer, meshes.make_area(shapely.Polygon(zone.polygon), LAYERS[layer].height), time)
 
     def _read_input(self, name: str, context: Context) -> Any:
         port: InputPort = self.GetInputPort(name)
@@ -359,6 +360,7 @@ class _Drawn:
     """The snapshots drawn last, and the objects that will change."""
 
     roadmap: StarRoadmap
+    undrawn_zones: list[KeepOut | SpeedZone]
     scan: LaserScan | None = None
     certificate: Any = None
     path: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
@@ -367,5 +369,4 @@ class _Drawn:
     growing: list[str] = field(default_factory=list)
     nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     area: shapely.Geometry = field(default_factory=shapely.Polygon)
-    zoned: bool = False
     next_scan_time: float = 0.0
