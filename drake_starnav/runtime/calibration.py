@@ -9,7 +9,7 @@ from drake_starnav.errors import StarnavError, counted
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.localization.odometry_check import KEPT_STEPS, OdometryCheck
-from drake_starnav.runtime.execution import Told, compare_motion, describe_lidar_error
+from drake_starnav.runtime.execution import CommandedVelocity, compare_motion, describe_lidar_error
 from drake_starnav.runtime.intake import AHEAD, Odometry, interpolate_pose
 from drake_starnav.runtime.log import Log
 from drake_starnav.scenario.schema import Scenario
@@ -27,7 +27,7 @@ ALIGNED, LEAST_TURN = 0.03, 1.0
 heading where the robot turned by the second within some steps, rad."""
 
 
-class Observed(NamedTuple):
+class LoggedDrive(NamedTuple):
     """What a log holds, for these functions.
 
     Attributes:
@@ -36,42 +36,42 @@ class Observed(NamedTuple):
         lidars: those of each lidar.
         mounts: of the lidars.
         rows: odometry, in order.
-        told: commands.
-        took: how long after its time each was sent, s.
+        velocities: commanded.
+        send_delays: how long after its time each was sent, s.
     """
 
     scenario: Scenario
     scans: tuple[tuple[float, LaserScan], ...]
     rows: tuple[Odometry, ...]
-    told: tuple[Told, ...]
-    took: tuple[float, ...]
+    velocities: tuple[CommandedVelocity, ...]
+    send_delays: tuple[float, ...]
     lidars: tuple[tuple[tuple[float, LaserScan], ...], ...]
     mounts: tuple[Mount, ...]
 
 
-def select_observed(log: Log, scenario: Scenario) -> Observed:
+def select_drive(log: Log, scenario: Scenario) -> LoggedDrive:
     """What came in and was commanded; a `StarnavError` where that is too little."""
     lidars: list[list[tuple[float, LaserScan]]] = [[] for _ in scenario.all_lidars]
     rows: list[Odometry] = []
-    commands: list[Told] = []
-    took: list[float] = []
+    commands: list[CommandedVelocity] = []
+    send_delays: list[float] = []
     for (current_time, arrived_scans, odometry, *_), command, delay in log.ticks:
-        took.append(delay)
+        send_delays.append(delay)
         for k, scan in filter(None, arrived_scans):
             lidars[k].append((current_time, scan))
         for row in filter(None, odometry):
             if all(map(math.isfinite, row)) and (not rows or row.time > rows[-1].time):
                 rows.append(row)
-        commands.append(Told.of(current_time, command.twist, scenario.robot.limits))
+        commands.append(CommandedVelocity.of(current_time, command.twist, scenario.robot.limits))
     least, scans = min(map(len, lidars)), tuple(map(tuple, lidars))
     if least < ENOUGH or len(rows) < ENOUGH:
         raise StarnavError(
             f"the log has {counted(least, 'scan')} and {counted(len(rows), 'pose')}; allowed: at least {ENOUGH} of each"
         )
-    return Observed(scenario, scans[0], tuple(rows), tuple(commands), tuple(took), scans, log.mounts)
+    return LoggedDrive(scenario, scans[0], tuple(rows), tuple(commands), tuple(send_delays), scans, log.mounts)
 
 
-def estimate_lidar(log: Observed) -> dict[str, float]:
+def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
     times = np.array([scan.time for _, scan in log.scans])
     several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
@@ -94,7 +94,7 @@ def estimate_lidar(log: Observed) -> dict[str, float]:
     }
 
 
-def estimate_range_noise(log: Observed) -> float:
+def estimate_range_noise(log: LoggedDrive) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
     times = np.array([row.time for row in log.rows])
     is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in log.rows])
@@ -115,7 +115,7 @@ def estimate_range_noise(log: Observed) -> float:
     return best
 
 
-def estimate_mask(log: Observed) -> list[list[float]] | None:
+def estimate_mask(log: LoggedDrive) -> list[list[float]] | None:
     """Where the lidar sees the robot, as of `lidar.mask`; None: unknown, as the robot hardly moved."""
     last, radius = log.scans[-1][1], log.scenario.robot.radius
     if np.ptp([row[1:3] for row in log.rows], axis=0).max() < 2.0 * radius:
@@ -133,7 +133,7 @@ def estimate_mask(log: Observed) -> list[list[float]] | None:
     ).tolist()
 
 
-def estimate_drive(log: Observed) -> dict[str, float]:
+def estimate_drive(log: LoggedDrive) -> dict[str, float]:
     """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
     rows, delay = np.array(log.rows), estimate_drive_delay(log)
     robot = log.scenario.robot
@@ -141,7 +141,7 @@ def estimate_drive(log: Observed) -> dict[str, float]:
     lost_ways, stray_shares = [0.0], [0.0]
     for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
         braking_rows = log.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
-        asked_way, driven_way, time = compare_motion(log.told, braking_rows, delay)
+        asked_way, driven_way, time = compare_motion(log.velocities, braking_rows, delay)
         way = math.hypot(*asked_way[:2])
         if time < 0.5 * braking:
             continue
@@ -153,7 +153,7 @@ def estimate_drive(log: Observed) -> dict[str, float]:
     error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED, 0.0)
     explained_by_slip = slip * robot.max_speed * braking
     delay = delay if delay > 1.0 / log.scenario.controller.rate else 0.0  # a command is reached within its period
-    delay = max(delay, float(np.quantile(log.took, 0.99)))
+    delay = max(delay, float(np.quantile(log.send_delays, 0.99)))
     return {
         "delay": _round_up(delay),
         "slip": _round_up(slip, 0.01),
@@ -161,9 +161,9 @@ def estimate_drive(log: Observed) -> dict[str, float]:
     }
 
 
-def estimate_drive_delay(log: Observed) -> float:
+def estimate_drive_delay(log: LoggedDrive) -> float:
     """The delay with which the twist of the odometry follows the commanded one best, s."""
-    rows, commands = np.array(log.rows), np.array(log.told)
+    rows, commands = np.array(log.rows), np.array(log.velocities)
     measured_velocity = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
     scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
     tried_delays = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
@@ -176,7 +176,7 @@ def estimate_drive_delay(log: Observed) -> float:
     return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
 
 
-def estimate_odometry_drift(log: Observed) -> float:
+def estimate_odometry_drift(log: LoggedDrive) -> float:
     """Drift of the odometry that the first lidar's scans show, as of `localization.drift`; NaN if it hardly moved."""
     scenario, times = log.scenario, np.array([row.time for row in log.rows])
     lidar, check, shares = scenario.all_lidars[0], OdometryCheck(), []
@@ -201,7 +201,7 @@ def calibrate(log: Log, scenario: Scenario) -> str:
         log: of a drive with turns, and with some seconds of standing.
         scenario: that drove.
     """
-    logged_run = select_observed(log, scenario)
+    logged_run = select_drive(log, scenario)
     drive, sections = (
         estimate_drive(logged_run),
         [_make_lidar_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars],
@@ -227,7 +227,7 @@ def calibrate(log: Log, scenario: Scenario) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _make_lidar_section(log: Observed) -> list[str]:
+def _make_lidar_section(log: LoggedDrive) -> list[str]:
     """What to declare of a lidar."""
     values, mask = estimate_lidar(log), estimate_mask(log)
     lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]

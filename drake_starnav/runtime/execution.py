@@ -44,7 +44,7 @@ CHANGED_SHARE, CARRIED_SHARE = 0.2, 0.5
 robot that is told to stand was carried if more than the second did."""
 
 
-class Told(NamedTuple):
+class CommandedVelocity(NamedTuple):
     """What was commanded from a time on, s: speeds along x and y, m/s, and turning, rad/s."""
 
     time: float
@@ -53,10 +53,10 @@ class Told(NamedTuple):
     turning: float
 
     @staticmethod
-    def of(time: float, twist: np.ndarray, limits: Limits) -> "Told":
+    def of(time: float, twist: np.ndarray, limits: Limits) -> "CommandedVelocity":
         """By the twist of a base, whose last component is a curvature where it steers."""
         ahead, aside, turning = convert_to_velocity(twist)
-        return Told(time, ahead, aside, turning * ahead if limits.steers > 0.0 else turning)
+        return CommandedVelocity(time, ahead, aside, turning * ahead if limits.steers > 0.0 else turning)
 
 
 @snapshot
@@ -64,35 +64,35 @@ class Execution:
     """What was told and done lately. Immutable.
 
     Attributes:
-        told: commands, oldest first.
+        velocities: commanded, oldest first.
         scans: of the first lidar, oldest first.
         why: what the base does other than it is told; empty: nothing.
         is_lost: whether that is what the scans show of its odometry: what was seen lies elsewhere.
-        lasts: whether `why` lasts until the goal is withdrawn while the robot stands, and given anew.
-        stands: since when it stands, s, while there is a `why`; infinite: it does not.
-        tried: when it was last tried again, s.
+        needs_new_goal: whether `why` lasts until the goal is withdrawn while the robot stands, and given anew.
+        standing_since: since when it stands, s, while there is a `why`; infinite: it does not.
+        trial_time: when it was last tried again, s.
         check: the odometry held against the scans of the first lidar.
     """
 
-    told: tuple[Told, ...] = ()
+    velocities: tuple[CommandedVelocity, ...] = ()
     scans: tuple[PosedScan, ...] = ()
     why: str = ""
     is_lost: bool = False
-    lasts: bool = False
-    stands: float = math.inf
-    tried: float = -math.inf
+    needs_new_goal: bool = False
+    standing_since: float = math.inf
+    trial_time: float = -math.inf
     check: OdometryCheck = OdometryCheck()
 
     @property
-    def said(self) -> str:
+    def fault_text(self) -> str:
         """`why`, and whether it lasts."""
-        return f"{self.why}; until the goal is given anew" if self.lasts else self.why
+        return f"{self.why}; until the goal is given anew" if self.needs_new_goal else self.why
 
 
-def add_command(execution: Execution, command: Told, delay: float) -> Execution:
+def add_command(execution: Execution, command: CommandedVelocity, delay: float) -> Execution:
     """What is told from now on; what is too old to be compared is forgotten."""
-    recent_commands = tuple(each for each in execution.told if each.time > command.time - 2.0 * WINDOW - delay)
-    return replace(execution, told=(*recent_commands, command))
+    recent_commands = tuple(each for each in execution.velocities if each.time > command.time - 2.0 * WINDOW - delay)
+    return replace(execution, velocities=(*recent_commands, command))
 
 
 def describe_lidar_error(scenario: Scenario) -> OdometryError:
@@ -109,30 +109,30 @@ def add_scan(execution: Execution, latest: PosedScan, mount: Mount, scenario: Sc
 
 def judge_execution(execution: Execution, time: float, rows: Sequence[Odometry], scenario: Scenario) -> Execution:
     """Whether the base does what it is told until now, s; without odometry it is not known."""
-    if execution.lasts or not rows:
+    if execution.needs_new_goal or not rows:
         return execution
     if not execution.why:
         failure, conflict = (
-            describe_not_executed(execution.told, rows, scenario),
+            describe_not_executed(execution.velocities, rows, scenario),
             describe_disagreement(execution.check, scenario),
         )
-        must_wait = bool(failure or conflict) and time < execution.tried + AGAIN
-        fault_lasts = must_wait or bool(failure) and is_pose_denied(execution.scans)
-        return replace(execution, why=conflict or failure, is_lost=bool(conflict), lasts=fault_lasts)
-    last, last_command = rows[-1], execution.told[-1][1:] if execution.told else ()
+        must_wait = bool(failure or conflict) and time < execution.trial_time + AGAIN
+        needs_new_goal = must_wait or bool(failure) and is_pose_denied(execution.scans)
+        return replace(execution, why=conflict or failure, is_lost=bool(conflict), needs_new_goal=needs_new_goal)
+    last, last_command = rows[-1], execution.velocities[-1][1:] if execution.velocities else ()
     if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *last_command)):
-        return replace(execution, stands=math.inf)
-    standing_since = min(execution.stands, time)
+        return replace(execution, standing_since=math.inf)
+    standing_since = min(execution.standing_since, time)
     return (
-        Execution((), execution.scans, tried=time)
+        Execution((), execution.scans, trial_time=time)
         if time > standing_since + REST
-        else replace(execution, stands=standing_since)
+        else replace(execution, standing_since=standing_since)
     )
 
 
 def acknowledge_withdrawal(execution: Execution) -> Execution:
     """The execution after the goal was withdrawn from a robot that stands: what lasts is tried once more."""
-    return Execution(scans=execution.scans, tried=execution.tried)
+    return Execution(scans=execution.scans, trial_time=execution.trial_time)
 
 
 def compute_changed_share(scans: Sequence[PosedScan]) -> float:
@@ -156,12 +156,12 @@ def is_pose_denied(scans: Sequence[PosedScan]) -> bool:
 
 def is_carried(execution: Execution) -> bool:
     """Whether most of what a robot sees changed while it was told to stand, and its odometry says that it stood."""
-    is_standing = bool(execution.told) and not any(any(each[1:]) for each in execution.told)
+    is_standing = bool(execution.velocities) and not any(any(each[1:]) for each in execution.velocities)
     return is_standing and compute_changed_share(execution.scans) > CARRIED_SHARE
 
 
 def compare_motion(
-    commands: Sequence[Told], rows: Sequence[Odometry], delay: float
+    commands: Sequence[CommandedVelocity], rows: Sequence[Odometry], delay: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """What was commanded and what was driven, each (ahead, aside, turned), m and rad, and the time of both, s.
 
@@ -187,7 +187,7 @@ def compare_motion(
     return asked_way, np.array((way_ahead.sum(), way_aside.sum(), turn.sum())), float(end - begin)
 
 
-def describe_not_executed(commands: Sequence[Told], rows: Sequence[Odometry], scenario: Scenario) -> str:
+def describe_not_executed(commands: Sequence[CommandedVelocity], rows: Sequence[Odometry], scenario: Scenario) -> str:
     """What the base, or its odometry, does other than it is told; empty: nothing."""
     drive = scenario.drive
     asked_way, driven_way, time = compare_motion(commands, rows, drive.delay)

@@ -92,50 +92,56 @@ class Intake:
     Attributes:
         rows: odometry, oldest first.
         waiting: scans, each with the number of its lidar, oldest first.
-        newest: stamp of the last scan taken of each lidar, s.
-        came: when the last scan of each lidar came, s.
-        jumped: stamp of the last jump of the pose that is not declared, s.
+        newest_stamps: stamp of the last scan taken of each lidar, s.
+        arrival_times: when the last scan of each lidar came, s.
+        jump_time: stamp of the last jump of the pose that is not declared, s.
         bad_odometry: what was wrong with the last one; empty: nothing.
         bad_scans: the same of the last scan of each lidar.
-        old: hash of the ranges of the last scans of each lidar, and the pose where such ranges came first.
-        believed: the last scan of each lidar that was believed; None: none yet.
-        dropped: why scans and odometry were dropped, in the order in which it first happened, and how often.
+        seen_ranges: hash of the ranges of the last scans of each lidar, and the pose where such ranges came first.
+        believed_scans: the last scan of each lidar that was believed; None: none yet.
+        drop_counts: why scans and odometry were dropped, in the order in which it first happened, and how often.
     """
 
     rows: tuple[Odometry, ...] = ()
     waiting: tuple[tuple[int, LaserScan], ...] = ()
-    newest: tuple[float, ...] = ()
-    came: tuple[float, ...] = ()
-    jumped: float = -math.inf
+    newest_stamps: tuple[float, ...] = ()
+    arrival_times: tuple[float, ...] = ()
+    jump_time: float = -math.inf
     bad_odometry: str = ""
     bad_scans: tuple[str, ...] = ()
-    old: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
-    believed: tuple[PosedScan | None, ...] = ()
-    dropped: tuple[tuple[str, int], ...] = ()
+    seen_ranges: tuple[tuple[tuple[int, np.ndarray], ...], ...] = ()
+    believed_scans: tuple[PosedScan | None, ...] = ()
+    drop_counts: tuple[tuple[str, int], ...] = ()
 
     @staticmethod
     def empty(lidars: int) -> "Intake":
         """The intake of a robot with this number of lidars, before anything has come."""
         never = (-math.inf,) * lidars
-        return Intake(newest=never, came=never, bad_scans=("",) * lidars, old=((),) * lidars, believed=(None,) * lidars)
+        return Intake(
+            newest_stamps=never,
+            arrival_times=never,
+            bad_scans=("",) * lidars,
+            seen_ranges=((),) * lidars,
+            believed_scans=(None,) * lidars,
+        )
 
     def count_drop(self, why: str, **changes: Any) -> "Intake":
         """One thing more was dropped."""
-        counts = dict(self.dropped)
+        counts = dict(self.drop_counts)
         counts[why] = counts.get(why, 0) + 1
-        return dataclasses.replace(self, dropped=tuple(counts.items()), **changes)
+        return dataclasses.replace(self, drop_counts=tuple(counts.items()), **changes)
 
 
 def restart_clock(intake: Intake, time: float) -> Intake:
     """The intake when the clock begins again: only the last pose stays, for where the odometry goes on from it."""
     rows = tuple(row._replace(time=time - OLDEST) for row in intake.rows[-1:])
-    return dataclasses.replace(Intake.empty(len(intake.newest)), rows=rows)
+    return dataclasses.replace(Intake.empty(len(intake.newest_stamps)), rows=rows)
 
 
 def reset_beliefs(intake: Intake) -> Intake:
     """The intake that believes the next scan of each lidar, whatever those before it were."""
-    empty = Intake.empty(len(intake.newest))
-    return dataclasses.replace(intake, old=empty.old, believed=empty.believed)
+    empty = Intake.empty(len(intake.newest_stamps))
+    return dataclasses.replace(intake, seen_ranges=empty.seen_ranges, believed_scans=empty.believed_scans)
 
 
 def replace_item(items: tuple, k: int, item: Any) -> tuple:
@@ -180,8 +186,10 @@ def _add_row(intake: Intake, time: float, row: Any, declaration: Declared) -> In
     if last is not None and row.time <= last.time:
         return intake.count_drop("odometry twice or out of order")
     if last is not None and not declaration.jumps and (jump_text := _find_jump(last, row, declaration.robot)):
-        fresh = dataclasses.replace(Intake.empty(len(intake.newest)), newest=intake.newest, dropped=intake.dropped)
-        return fresh.count_drop("jump of the odometry", rows=(row,), jumped=row.time, bad_odometry=jump_text)
+        fresh = dataclasses.replace(
+            Intake.empty(len(intake.newest_stamps)), newest_stamps=intake.newest_stamps, drop_counts=intake.drop_counts
+        )
+        return fresh.count_drop("jump of the odometry", rows=(row,), jump_time=row.time, bad_odometry=jump_text)
     return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
 
 
@@ -211,7 +219,7 @@ def _add_scan(intake: Intake, time: float, k: Any, scan: Any, declaration: Decla
     if scan.time > time + CLOCK:
         text = f"a scan is stamped {scan.time - time:.3g} s ahead of the clock"
         return _refuse_scan(intake, k, "scan from the future", text)
-    if scan.time <= max([intake.newest[k], *(each.time for j, each in intake.waiting if j == k)]):
+    if scan.time <= max([intake.newest_stamps[k], *(each.time for j, each in intake.waiting if j == k)]):
         return intake.count_drop("scan twice or out of order")
     if wrong := describe_false_scan(scan, lidar):
         return _refuse_scan(intake, k, "false scan", wrong)
@@ -220,9 +228,9 @@ def _add_scan(intake: Intake, time: float, k: Any, scan: Any, declaration: Decla
     scan = lose_beams(scan, close)
     for beam in close:
         intake = intake.count_drop(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
-    waiting, arrival_times = (*intake.waiting, (k, scan)), replace_item(intake.came, k, time)
+    waiting, arrival_times = (*intake.waiting, (k, scan)), replace_item(intake.arrival_times, k, time)
     return dataclasses.replace(
-        intake, waiting=waiting, came=arrival_times, bad_scans=replace_item(intake.bad_scans, k, "")
+        intake, waiting=waiting, arrival_times=arrival_times, bad_scans=replace_item(intake.bad_scans, k, "")
     )
 
 
@@ -306,7 +314,9 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
         if pose is None and coming and time - scan.time < OLDEST:
             break
         waiting = tuple(each for each in intake.waiting if each is not first)
-        intake = dataclasses.replace(intake, waiting=waiting, newest=replace_item(intake.newest, k, scan.time))
+        intake = dataclasses.replace(
+            intake, waiting=waiting, newest_stamps=replace_item(intake.newest_stamps, k, scan.time)
+        )
         if pose is None:
             intake = intake.count_drop("scan without a pose")
             continue
@@ -315,10 +325,12 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
             intake = _refuse_scan(intake, k, kind, why)
             continue
         ranges = hash(scan.ranges.tobytes())
-        if all(each != ranges for each, _ in intake.old[k]):
-            old = (*intake.old[k], (ranges, pose))[-OLD_SCANS:]
-            intake = dataclasses.replace(intake, old=replace_item(intake.old, k, old))
-        return dataclasses.replace(intake, believed=replace_item(intake.believed, k, posed_scan)), posed_scan
+        if all(each != ranges for each, _ in intake.seen_ranges[k]):
+            seen_ranges = (*intake.seen_ranges[k], (ranges, pose))[-OLD_SCANS:]
+            intake = dataclasses.replace(intake, seen_ranges=replace_item(intake.seen_ranges, k, seen_ranges))
+        return dataclasses.replace(
+            intake, believed_scans=replace_item(intake.believed_scans, k, posed_scan)
+        ), posed_scan
     return intake, None
 
 
@@ -326,12 +338,12 @@ def _explain_disbelief(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray
     """Why a scan cannot be what the lidar sees now, by those before: the kind, and a sentence; both empty if it can."""
     ranges = hash(scan.ranges.tobytes())
     if np.isfinite(scan.ranges).any():
-        for each, place in intake.old[k]:
+        for each, place in intake.seen_ranges[k]:
             forward, way_aside, turn = find_pose_in_frame(place, pose)
             apparent_way = max(math.hypot(forward, way_aside), abs(math.remainder(turn, 2.0 * math.pi)))
             if each == ranges and apparent_way > FROZEN:
                 return "frozen scan", "scans are frozen: the robot moves, and they stay the same, or come again"
-    last = intake.believed[k]
+    last = intake.believed_scans[k]
     if last is None:
         return "", ""
     allowed_way = JUMP + math.dist(last.pose[:2], pose[:2]) + WALKING * scan.scan_time

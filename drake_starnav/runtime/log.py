@@ -19,7 +19,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.loading import parse_scenario
-from drake_starnav.runtime.execution import Told
+from drake_starnav.runtime.execution import CommandedVelocity
 from drake_starnav.runtime.intake import Odometry, make_canonical_scan
 from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.runtime.ros2_definitions import decode_string, encode, write_definition
@@ -123,7 +123,7 @@ class RunLog:
             self._begin(log_time)
         arrivals = [self._write_scan(log_time, item) for item in scans]
         rows = [self._write_odometry(log_time, row) for row in odometry]
-        velocity = Told.of(current_time, command.twist, self._navigator.actuation.limits)
+        velocity = CommandedVelocity.of(current_time, command.twist, self._navigator.actuation.limits)
         linear = {"x": velocity.ahead, "y": velocity.aside}
         self._add(TWIST, log_time, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
@@ -355,22 +355,22 @@ class Replayed(NamedTuple):
     Attributes:
         ticks: commands in the log, up to the first that differs.
         differs: the number of that, from 0; None: all are equal to the bit.
-        logged, given: the two commands there.
+        logged_command, new_command: the two there.
     """
 
     ticks: int
     differs: int | None = None
-    logged: Command | None = None
-    given: Command | None = None
+    logged_command: Command | None = None
+    new_command: Command | None = None
 
     def __str__(self) -> str:
         if self.differs is None:
             return f"all {self.ticks} commands are equal to the bit"
-        assert self.logged is not None and self.given is not None
-        logged_twist, replayed_twist = self.logged.twist.tolist(), self.given.twist.tolist()
+        assert self.logged_command is not None and self.new_command is not None
+        logged_twist, replayed_twist = self.logged_command.twist.tolist(), self.new_command.twist.tolist()
         return (
-            f"command {self.differs} differs: {logged_twist} {self.logged.status}, and now "
-            f"{replayed_twist} {self.given.status}"
+            f"command {self.differs} differs: {logged_twist} {self.logged_command.status}, and now "
+            f"{replayed_twist} {self.new_command.status}"
         )
 
 

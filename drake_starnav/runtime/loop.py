@@ -129,7 +129,7 @@ def drive(
         if run_log is not None:
             run_log.close()
         gc.unfreeze()
-    return timing.summarize(end, dict(navigator.intake.dropped))
+    return timing.summarize(end, dict(navigator.intake.drop_counts))
 
 
 class _Timing:

@@ -23,8 +23,8 @@ from drake_starnav.runtime import intake as take
 from drake_starnav.runtime.execution import (
     REST,
     STANDS,
+    CommandedVelocity,
     Execution,
-    Told,
     acknowledge_withdrawal,
     add_command,
     add_scan,
@@ -160,7 +160,7 @@ class Navigator:
         for name, size in (("scan_pose", 3), ("state", 5), ("goal", 2)):
             self._fix(name, np.zeros(size))
         self._fix("heading", np.array([math.nan]))
-        self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jumped
+        self._seen, self._forgotten = [-math.inf] * len(self._names), self.intake.jump_time
         self._broken, self._begun, self._fixed, self._forget_reason = True, False, False, ""
         self._execution = dataclasses.replace(self._execution, check=OdometryCheck())
 
@@ -219,13 +219,13 @@ class Navigator:
             self._goal, goal_fault = None, str(error)
         state = take.estimate_state(self.intake.rows, time)
         if state is not None and (self._blind or not elapsed_time < GAP):  # what was done meanwhile is not known
-            self._execution = dataclasses.replace(self._execution, told=())
+            self._execution = dataclasses.replace(self._execution, velocities=())
             self._command = self._command._replace(twist=self._measure_twist())
         self._blind = state is None
         reason = self._find_reason_to_brake(time, state, goal_fault)
         if state is None:
             return self._make_braking_command(reason)
-        if (self.intake.jumped > self._forgotten or self._forget_reason) and not self._command.twist.any():
+        if (self.intake.jump_time > self._forgotten or self._forget_reason) and not self._command.twist.any():
             self.intake = take.reset_beliefs(self.intake)
             self._begin()  # what was seen before lies elsewhere now
         self._feed(time, state)
@@ -245,11 +245,11 @@ class Navigator:
 
     def _take_inputs(self, time: float, scans: Iterable[Any], odometry: Iterable[Any], reset: bool) -> None:
         """Take what came in; a reset forgets what went wrong, and a jump of the odometry the goal."""
-        last_jump = self.intake.jumped
+        last_jump = self.intake.jump_time
         self.intake = take.take_messages(self.intake, time, scans, odometry, self._declared)
         if reset:
             self._execution, self._dropped_goal, self._forget_reason = Execution(), "", RESET_ASKED
-        if self.intake.jumped > last_jump and self._goal is not None:
+        if self.intake.jump_time > last_jump and self._goal is not None:
             self._dropped_goal = "the goal is dropped, as the odometry began anew; until another one is given"
 
     def _begin_period(self, time: float, elapsed_time: float) -> bool:
@@ -284,7 +284,7 @@ class Navigator:
     def _describe_missing_scan(self, time: float) -> str:
         """What the lidars lack to drive by; empty: nothing."""
         k = int(np.argmin(self._seen))
-        age, time_since_scan = time - self._seen[k], time - self.intake.came[k]
+        age, time_since_scan = time - self._seen[k], time - self.intake.arrival_times[k]
         if age <= self._expiry:
             return ""
         which = f" of lidar {k}" if len(self._seen) > 1 else ""
@@ -304,7 +304,7 @@ class Navigator:
         if state is None:
             stale = f"no odometry for {time - rows[-1].time:.2f} s" if rows else "no odometry"
             return self.intake.bad_odometry or stale
-        if self.intake.jumped > self._forgotten:
+        if self.intake.jump_time > self._forgotten:
             return " and ".join(filter(None, (self.intake.bad_odometry or "the pose has jumped", self._dropped_goal)))
         if self._forget_reason:
             return self._forget_reason
@@ -318,7 +318,7 @@ class Navigator:
         )
         if previous_execution.is_lost and not self._execution.is_lost:  # and the robot stands
             self._begin()
-        if why := self._execution.said or wrong or self._dropped_goal:
+        if why := self._execution.fault_text or wrong or self._dropped_goal:
             return why
         if time < self._carried + REST:
             return "scans and odometry disagree: the robot was carried, or what it sees has moved; the map is made anew"
@@ -415,7 +415,7 @@ class Navigator:
         """Keep what is driven: it is what the next command is ramped from, and what the base is held to."""
         self._command = command
         if math.isfinite(self._now):
-            told_command = Told.of(self._now, command.twist, self.actuation.limits)
+            told_command = CommandedVelocity.of(self._now, command.twist, self.actuation.limits)
             self._execution = add_command(self._execution, told_command, self.scenario.drive.delay)
         self._set_twist(self._simulator.get_mutable_context(), command.twist)
 

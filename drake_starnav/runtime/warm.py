@@ -15,7 +15,7 @@ from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_circle_ro
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.planning.roadmap import StarRoadmap, add_node, replace_regions
 from drake_starnav.robot.motion import Actuation, Pose, advance_pose, convert_to_velocity, roll_out
-from drake_starnav.runtime.execution import Told
+from drake_starnav.runtime.execution import CommandedVelocity
 from drake_starnav.runtime.intake import Odometry
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.surroundings.observation import Observation
@@ -69,7 +69,7 @@ def warm_up(navigator: "Navigator") -> None:
 
 def _make_odometry(time: float, pose: np.ndarray, twist: np.ndarray, actuation: Actuation) -> Odometry:
     """The odometry of a robot that moves at a twist."""
-    (x, y, yaw), velocity = pose.tolist(), Told.of(time, twist, actuation.limits)
+    (x, y, yaw), velocity = pose.tolist(), CommandedVelocity.of(time, twist, actuation.limits)
     return Odometry(time, x, y, yaw, velocity.ahead, velocity.turning, velocity.aside)
 
 

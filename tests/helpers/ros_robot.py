@@ -14,7 +14,7 @@ from drake_starnav.runtime.ros2_cyclone import Cyclone
 from tests.helpers.bare_robot import BareRobot
 
 
-class Told:
+class CommandedVelocity:
     """A command, for `BareRobot`."""
 
     def __init__(self, twist) -> None:
@@ -47,7 +47,7 @@ def main() -> None:
         link = make.TransformStamped(header=make_header(make, time.time(), "base_link"), child_frame_id="laser")
         link.transform = turned
         send_mounts(make.TFMessage(transforms=[link]))
-    BareRobot(scenario).drive(Told([0.0, 0.0]))  # compiles
+    BareRobot(scenario).drive(CommandedVelocity([0.0, 0.0]))  # compiles
     begin, twist, heard, seen = time.monotonic(), [0.0, 0.0], 0, {"plan": 0, "markers": 0}
     due = begin
     while time.monotonic() < begin + options.seconds:
@@ -82,7 +82,7 @@ def main() -> None:
             twist, heard = [found.linear.x, found.angular.z], heard + 1
         seen["plan"] += len(plans())
         seen["markers"] += len(markers())
-        robot.drive(Told(twist))
+        robot.drive(CommandedVelocity(twist))
         ahead = due + robot.period - time.monotonic()
         time.sleep(max(ahead, 0.0))
         due += robot.period + max(-ahead, 0.0)  # what is late stays late: no robot catches up

@@ -8,7 +8,7 @@ import pytest
 from drake_starnav import parse_scenario
 from drake_starnav.control import ControllerParameters
 from drake_starnav.runtime import Navigator, read_log
-from drake_starnav.runtime.calibration import calibrate, estimate_drive, estimate_lidar, estimate_mask, select_observed
+from drake_starnav.runtime.calibration import calibrate, estimate_drive, estimate_lidar, estimate_mask, select_drive
 from drake_starnav.runtime.log import RunLog
 from drake_starnav.runtime.navigator import Command
 from drake_starnav.worlds.world import World
@@ -67,7 +67,7 @@ def logged(tmp_path, text="", seconds=14.0, took=0.0, **flaws):
 
 
 def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
-    seen = select_observed(*logged(tmp_path))
+    seen = select_drive(*logged(tmp_path))
     drive = estimate_drive(seen)
     assert drive["delay"] == drive["error"] == 0.0 and drive["slip"] <= 0.01
     lidar = estimate_lidar(seen)
@@ -78,14 +78,14 @@ def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
 
 @pytest.mark.parametrize("late", [0, 3, 10])
 def test_the_delay_of_commands(tmp_path, late) -> None:
-    assert estimate_drive(select_observed(*logged(tmp_path, late=late)))["delay"] == pytest.approx(
+    assert estimate_drive(select_drive(*logged(tmp_path, late=late)))["delay"] == pytest.approx(
         PERIOD * late, abs=0.0101
     )
 
 
 @pytest.mark.parametrize("slip", [0.05, 0.15])
 def test_slip(tmp_path, slip) -> None:
-    assert slip <= estimate_drive(select_observed(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03
+    assert slip <= estimate_drive(select_drive(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03
 
 
 @pytest.mark.parametrize("ground", [0.0, 0.08, 0.25])
@@ -97,18 +97,18 @@ def test_slip_of_the_ground_that_odometry_does_not_show(tmp_path, ground) -> Non
 
 @pytest.mark.parametrize("noise", [0.002, 0.03])
 def test_noise(tmp_path, noise) -> None:
-    found = estimate_lidar(select_observed(*logged(tmp_path, f"lidar: {{noise: {noise}}}")))["noise"]
+    found = estimate_lidar(select_drive(*logged(tmp_path, f"lidar: {{noise: {noise}}}")))["noise"]
     assert noise * 0.85 <= found <= noise * 1.25 + 0.001
 
 
 def test_lost_beams_and_delay_of_scans(tmp_path) -> None:
-    lidar = estimate_lidar(select_observed(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
+    lidar = estimate_lidar(select_drive(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
     assert lidar["dropout"] == pytest.approx(0.1, abs=0.01)
     assert lidar["delay"] == pytest.approx(4 * PERIOD, abs=0.002)  # each comes at a step: none waits for one
 
 
 def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
-    seen = select_observed(*logged(tmp_path, own=(40, 41, 42, 300)))
+    seen = select_drive(*logged(tmp_path, own=(40, 41, 42, 300)))
     step = 2.0 * math.pi / 360
     wanted = [(-math.pi + (a - 0.5) * step, -math.pi + (b + 0.5) * step) for a, b in ((40, 42), (300, 300))]
     mask = estimate_mask(seen)

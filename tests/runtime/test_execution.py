@@ -9,8 +9,8 @@ from drake_starnav import Scenario, parse_scenario
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.execution import (
+    CommandedVelocity,
     Execution,
-    Told,
     add_command,
     compare_motion,
     describe_not_executed,
@@ -27,7 +27,7 @@ def run(speed=1.0, turning=1.0, delay=0.0, lag=0.0, seconds=4.0, v=0.8, omega=0.
     told, rows, pose, now = [], [], np.zeros(3), np.zeros(2)
     for k in range(int(seconds / 0.02)):
         t = 0.02 * k
-        told.append(Told(t, min(v, t), 0.0, omega * math.sin(2.0 * t)))
+        told.append(CommandedVelocity(t, min(v, t), 0.0, omega * math.sin(2.0 * t)))
         late = told[max(k - round(delay / 0.02), 0)]
         wanted = np.array((speed * late.ahead, turning * late.turning)) if t >= delay else np.zeros(2)
         now = wanted if lag == 0.0 else now + (wanted - now) * 0.02 / lag
@@ -55,7 +55,7 @@ def test_one_that_does_not(base, text) -> None:
 
 
 def test_one_that_moves_though_told_to_stand() -> None:
-    told = [Told(0.02 * k, 0.0, 0.0, 0.0) for k in range(60)]
+    told = [CommandedVelocity(0.02 * k, 0.0, 0.0, 0.0) for k in range(60)]
     rows = [Odometry(0.02 * k, 0.004 * k, 0.0, 0.0, 0.2, 0.0) for k in range(60)]
     assert "0.00 m commanded" in describe_not_executed(told, rows, PLAIN)
 
@@ -67,7 +67,7 @@ def test_declared_slip_and_error_allow_for_more() -> None:
 
 
 def test_a_car_that_drives_backwards_and_aside() -> None:
-    told = [Told(0.02 * k, -0.4, 0.2, 0.1) for k in range(60)]
+    told = [CommandedVelocity(0.02 * k, -0.4, 0.2, 0.1) for k in range(60)]
     yaw = 0.1 * 0.02
     rows, pose = [], np.zeros(3)
     for k in range(60):
@@ -102,8 +102,8 @@ def test_a_base_is_tried_again_once_it_stands_and_once_only() -> None:
         t = 0.02 * k
         rows.append(Odometry(t, 0.0, 0.0, 0.0, 0.0, 0.0))
         execution = judge_execution(execution, t, rows, PLAIN)
-        execution = add_command(execution, Told(t, 0.0 if execution.why else 0.8, 0.0, 0.0), 0.0)
-        said.append((bool(execution.why), execution.lasts))
+        execution = add_command(execution, CommandedVelocity(t, 0.0 if execution.why else 0.8, 0.0, 0.0), 0.0)
+        said.append((bool(execution.why), execution.needs_new_goal))
     changes = [each for each, before in zip(said[1:], said, strict=False) if each != before]
     assert changes == [(True, False), (False, False), (True, True)]
-    assert execution.said.endswith("until the goal is given anew")
+    assert execution.fault_text.endswith("until the goal is given anew")

@@ -157,11 +157,11 @@ def test_it_ends_at_the_goal_on_request(navigator) -> None:
 
 
 def test_a_goal_that_is_given_counts_where_none_is_read(navigator) -> None:
-    class Told(Base):
+    class CommandedVelocity(Base):
         def read(self):
             return super().read()._replace(goal=None)
 
-    base, goal = Told(), (BareRobot(FOREST).pose[0] + 0.7, BareRobot(FOREST).pose[1])
+    base, goal = CommandedVelocity(), (BareRobot(FOREST).pose[0] + 0.7, BareRobot(FOREST).pose[1])
     assert drive(navigator, base, goal=goal, seconds=20.0, until_reached=True).end == "reached"
     assert math.dist(base.pose[:2], goal) < FOREST.simulation.goal_tolerance
 

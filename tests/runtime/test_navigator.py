@@ -67,7 +67,7 @@ def test_one_beam_that_errs_for_good_holds_no_robot_and_is_named(forest, value) 
     robot = BareRobot(FOREST)
     commands = driven(forest, robot, 3.0, beam_at(100, value), begin=0.0)
     assert commands[-1].status == "driving" and robot.way > 1.5 and robot.clearance > 0.0
-    ((named, count),) = forest.intake.dropped
+    ((named, count),) = forest.intake.drop_counts
     assert "beam 100 of lidar 0" in named and count == robot.scans
 
 
@@ -77,7 +77,7 @@ def test_a_beam_that_errs_for_good_ahead_of_the_robot_is_found_out_and_named(for
     commands = driven(forest, robot, 30.0, beam_at(beam, 0.6), begin=0.0)
     assert commands[-1].status == "driving" and robot.way > 4.0 and robot.clearance > 0.0
     assert any(command.why.startswith(f"beam {beam} errs: it alone hits") for command in commands)
-    assert dict(forest.intake.dropped)[f"hits of beam {beam} alone, wherever the robot turned"] == 1
+    assert dict(forest.intake.drop_counts)[f"hits of beam {beam} alone, wherever the robot turned"] == 1
 
 
 def test_scans_whose_number_of_beams_varies_are_driven_by(forest) -> None:
@@ -341,10 +341,10 @@ def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
             replace(scan_from(robot.shapes, robot.pose, lidar, 0, robot.ticks), time=now - late) for late in (0.01, 0.0)
         ]
         robot.drive(forest.step(now, scans, rows, goal))
-        seen.append(forest.intake.newest[0])
+        seen.append(forest.intake.newest_stamps[0])
     last = EPOCH + 39 * robot.period
     assert seen[-1] == pytest.approx(last)
-    assert not forest.intake.dropped
+    assert not forest.intake.drop_counts
     assert robot.speed > 0.5
     perception = forest.navigation.perception
     held = perception.GetMyContextFromRoot(forest._simulator.get_context()).get_abstract_state(0).get_value()
@@ -358,7 +358,7 @@ def test_two_lidars_that_scan_when_they_like() -> None:
     navigator = Navigator(scenario, mounts=TwoEyes.MOUNTS, warm=False)
     commands = driven(navigator, robot, 5.0)
     assert robot.way > 1.5 and commands[-1].status == "driving"
-    assert sum(count for _, count in navigator.intake.dropped) <= 2
+    assert sum(count for _, count in navigator.intake.drop_counts) <= 2
     commands = driven(
         navigator, robot, 6.5, lambda r, t: r._replace(scans=[each for each in r.scans if each[0] == 0]), begin=5.0
     )
