@@ -76,13 +76,13 @@ def parse_world_numbers(text: str) -> list[int]:
     """Numbers and ranges as in "3,7,20-29", in ascending order, each once."""
     numbers: set[int] = set()
     for part in text.split(","):
-        first, dash, last = part.partition("-")
-        if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
+        first_text, has_range, last_text = part.partition("-")
+        if not first_text.strip().isdecimal() or (has_range and not last_text.strip().isdecimal()):
             raise StarnavError(f"--worlds is {shown(text)}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
-        low, high = int(first), int(last if dash else first)
-        if not low <= high < low + MOST_TRIALS:
+        first_number, last_number = int(first_text), int(last_text if has_range else first_text)
+        if not first_number <= last_number < first_number + MOST_TRIALS:
             raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_TRIALS}")
-        numbers.update(range(low, high + 1))
+        numbers.update(range(first_number, last_number + 1))
     return sorted(numbers)
 
 
@@ -220,10 +220,10 @@ def _write_report(results: "Results", options: argparse.Namespace) -> None:
     if options.html is not None:
         with Progress("drawing") as bar:
             write_text(options.html, write_page(results, chosen, options.panels, bar.count))
-    if (data := _name_figures_csv(options.html)) is not None:
-        write_text(data, format_csv(collect_figure_data(results)))
+    if (figures_file := _name_figures_csv(options.html)) is not None:
+        write_text(figures_file, format_csv(collect_figure_data(results)))
     if not options.quiet:
-        print_written((options.markdown, options.csv, options.html, data))
+        print_written((options.markdown, options.csv, options.html, figures_file))
         sys.stdout.flush()  # now the report can be read, while what follows is recorded
     if options.html is not None and options.recordings is not None:
         folder, failures = _name_recordings_folder(options.html), options.recordings

@@ -29,13 +29,13 @@ def make_imported(kind: str, options: Sequence[str], *arguments: Any) -> Any:
     factory = import_named("robot", ROBOTS.get(kind, kind))
     settings = {}
     for option in options:
-        key, is_given, value = option.partition("=")
+        key, is_given, value_text = option.partition("=")
         if not is_given:
             raise StarnavError(f"option {shown(option)} has no value; allowed: NAME=VALUE")
         try:
-            settings[key] = json.loads(value)
+            settings[key] = json.loads(value_text)
         except json.JSONDecodeError:
-            settings[key] = value
+            settings[key] = value_text
     try:
         return factory(*arguments, **settings)
     except TypeError as error:

@@ -53,9 +53,9 @@ class Controls:
 
     def poll(self) -> None:
         """Apply the clicks since the last call."""
-        clicks = self._count()
-        pressed_buttons = {name for name, count in clicks.items() if count > self._clicks[name]}
-        self._clicks = clicks
+        click_counts = self._count()
+        pressed_buttons = {name for name, count in click_counts.items() if count > self._clicks[name]}
+        self._clicks = click_counts
         self.stopped = self.stopped or STOP in pressed_buttons
         if pressed_buttons & {START, PAUSE}:
             self.running = PAUSE not in pressed_buttons
@@ -109,9 +109,9 @@ class LiveRun:
         self.outcome, self.progress_text, self.collided = "", "", False
         self._cameras = Cameras(world.extent, "top", find_robot_path(self._followed), world.start[:2])
         x0, y0, x1, y1 = world.extent
-        middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0])
-        above = np.array([0.0, -0.01, 1.0]) * max(x1 - x0, y1 - y0)  # straight down, "up" would be undefined
-        self.meshcat.SetCameraPose(middle + above, middle)
+        world_middle = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0])
+        camera_offset = np.array([0.0, -0.01, 1.0]) * max(x1 - x0, y1 - y0)  # straight down, "up" would be undefined
+        self.meshcat.SetCameraPose(world_middle + camera_offset, world_middle)
         self._line = f"method {method}, seed {seed}, live"
 
     def _add_to(self, builder: DiagramBuilder) -> None:

@@ -66,18 +66,18 @@ def _make_listing() -> str:
     worlds = {
         f"!{name}": (inspect.getdoc(kind) or "").splitlines()[0].rstrip(".") for name, kind in WORLD_KINDS.items()
     }
-    width = max(map(len, (*commands, *worlds)))
+    name_width = max(map(len, (*commands, *worlds)))
     return "\n".join(
         (
             f"usage: {find_program_name()} COMMAND ...   (COMMAND --help for its options)   or --version",
             "",
             "commands",
-            *(f"  {name:<{width}}  {text}" for name, text in commands.items()),
+            *(f"  {name:<{name_width}}  {text}" for name, text in commands.items()),
             "",
             f"scenarios  {', '.join(list_scenario_names())}, or a YAML file",
             f"methods    {', '.join(METHODS)}",
             "",
             "worlds that a YAML file can ask for",
-            *(f"  {name:<{width}}  {text}" for name, text in worlds.items()),
+            *(f"  {name:<{name_width}}  {text}" for name, text in worlds.items()),
         )
     )

@@ -89,11 +89,11 @@ def format_warnings_plainly(prog: str) -> Iterator[None]:
     def plain(message: Warning | str, category: type[Warning], *place: Any) -> str:
         if category is not UserWarning:
             return previous_format(message, category, *place)
-        text = f"{prog}: warning: {one_line(str(message))}\n"
-        if text in said_warnings:
+        warning_text = f"{prog}: warning: {one_line(str(message))}\n"
+        if warning_text in said_warnings:
             return ""
-        said_warnings.add(text)
-        return text
+        said_warnings.add(warning_text)
+        return warning_text
 
     warnings.formatwarning = plain  # type: ignore[assignment]
     try:
@@ -112,16 +112,16 @@ def run_for_exit_code(prog: str, work: Callable[[], int]) -> int:
         sys.stdout.flush()  # or the interpreter flushes at exit, where an error can no longer be reported
         return code
     except KeyboardInterrupt as interruption:
-        text, code = "; ".join(filter(None, ("interrupted", str(interruption)))), INTERRUPTED
+        message_text, code = "; ".join(filter(None, ("interrupted", str(interruption)))), INTERRUPTED
     except StarnavError as error:
-        text, code = str(error), BAD_INPUT
+        message_text, code = str(error), BAD_INPUT
     except BrokenPipeError:  # the reader of the output has gone, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NOT_REACHED
     except OSError as error:
         what, reason = error.filename or "the output", error.strerror or said_by(error)
-        text, code = f"cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
-    print(f"{prog}: {one_line(text)}", file=sys.stderr)
+        message_text, code = f"cannot read or write {what}: {reason}; allowed: what can be, with room for it", BAD_INPUT
+    print(f"{prog}: {one_line(message_text)}", file=sys.stderr)
     return code
 
 

@@ -112,10 +112,10 @@ def _record_run(options: argparse.Namespace) -> int:
     ]
     _check_numbers(options)
     stills = _list_still_times(html, options)
-    read = {run.log or Path(options.run)}
+    input_files = {run.log or Path(options.run)}
     if run.log is None and not Path(options.run).name.endswith(TRIAL_SUFFIXES):
-        read.add(find_scenario(options.run))
-    check_outputs([html, *clips, *(path for path, _ in stills)], read)
+        input_files.add(find_scenario(options.run))
+    check_outputs([html, *clips, *(path for path, _ in stills)], input_files)
 
     from drake_starnav.visualization.page import check_view  # late: bad input is reported before Drake is loaded
 
@@ -123,7 +123,7 @@ def _record_run(options: argparse.Namespace) -> int:
     shown_layers = _choose_layers(run, options)
     if stills or clips:
         _check_pictures(options)
-    recorded_run, same = _record_choice(run, html, options, shown_layers)
+    recorded_run, is_same_run = _record_choice(run, html, options, shown_layers)
     for path, time in stills:
         if recorded_run.duration < time < math.inf:
             allowed_text = f"allowed: times up to {recorded_run.duration:.1f} s"
@@ -132,19 +132,19 @@ def _record_run(options: argparse.Namespace) -> int:
         from drake_starnav.visualization.pictures import write_clips, write_still
 
         for path, time in stills:
-            width = options.width if path.suffix == ".png" else options.width / 100
-            write_still(path, recorded_run, time, options.view, width)
+            picture_width = options.width if path.suffix == ".png" else options.width / 100
+            write_still(path, recorded_run, time, options.view, picture_width)
         if clips:
             write_clips(clips, recorded_run, options.view, options.width, options.speed, options.rate)
     if not options.quiet:
         print_written([html, *(path for path, _ in stills), *clips])
-    if not same:
+    if not is_same_run:
         print(
             f"{find_program_name()} record: this run differs from the trial it repeats; "
             "both need the same versions and settings",
             file=sys.stderr,
         )
-    return REACHED if same else NOT_REACHED
+    return REACHED if is_same_run else NOT_REACHED
 
 
 def choose_run(options: argparse.Namespace) -> Run:
@@ -173,8 +173,8 @@ def choose_run(options: argparse.Namespace) -> Run:
         return Run(scenarios, options.seed or 0)
     for name in ("method", "seed", "overrides", "compare"):
         if getattr(options, name) not in (None, []):
-            option = "set" if name == "overrides" else name
-            raise StarnavError(f"--{option} with a trial, which has its own; allowed: with a scenario")
+            option_name = "set" if name == "overrides" else name
+            raise StarnavError(f"--{option_name} with a trial, which has its own; allowed: with a scenario")
     trial = read_trial(path, options.line)
     check_seed(trial["seed"])
     method, name, text = trial["method"], trial["scenario"], trial.get("text")
@@ -249,8 +249,8 @@ def _list_still_times(html: Path, options: argparse.Namespace) -> list[tuple[Pat
     for kind in STILLS:
         times = getattr(options, kind)
         for time in [math.inf] if times == [] else times or []:
-            at = "" if time == math.inf else f"-{time:g}s"
-            stills.append((html.with_name(f"{html.stem}{at}.{kind}"), time))
+            time_suffix = "" if time == math.inf else f"-{time:g}s"
+            stills.append((html.with_name(f"{html.stem}{time_suffix}.{kind}"), time))
     return stills
 
 

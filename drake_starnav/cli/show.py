@@ -20,10 +20,10 @@ def _show_scenario(options: argparse.Namespace) -> int:
 
     check_seed(options.seed)
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    file = Path("out", f"{make_file_name(scenario.name)}.png") if options.out is None else options.out
-    if file.suffix != ".png":
-        raise StarnavError(f"--out is {file}; allowed: a file whose name ends in .png")
-    check_outputs([file])
+    picture_file = Path("out", f"{make_file_name(scenario.name)}.png") if options.out is None else options.out
+    if picture_file.suffix != ".png":
+        raise StarnavError(f"--out is {picture_file}; allowed: a file whose name ends in .png")
+    check_outputs([picture_file])
     with show_progress_bar(f"{scenario.name} seed {options.seed}"):
         # bad input is reported before Drake is loaded
         make_world(scenario.world, options.seed, scenario.robot.shape, scenario.goals)
@@ -37,9 +37,9 @@ def _show_scenario(options: argparse.Namespace) -> int:
         length = "no shortest path" if found_path is None else f"shortest path {found_path[0]:.2f} m"
         title = f"{scenario.name} · seed {options.seed} · {length}"
         NavigationStation(world, scenario)  # it warns of what lidars do not see
-        write_png(world, scenario, None if found_path is None else found_path[1], title, file)
+        write_png(world, scenario, None if found_path is None else found_path[1], title, picture_file)
     moving = f", {len(world.moving_obstacles)} that move" if len(world.moving_obstacles) else ""
-    print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {file}")
+    print(f"{title}\nobstacles: {len(world.discs)} round, {len(world.polygons)} polygons{moving}\nwrote {picture_file}")
     return REACHED
 
 
@@ -61,10 +61,10 @@ def _print_margins(options: argparse.Namespace) -> int:
     mounts = robot_mounts(scenario)
     budgets = [evaluate_error_budget(scenario, *each) for each in zip(mounts, scenario.all_lidars, strict=True)]
     budget = max(budgets, key=lambda each: each.total)
-    counting = [(term, value) for term, value in zip(TERMS, budget.terms, strict=True) if value > 0.0]
-    for term, value in counting:
+    counting_terms = [(term, value) for term, value in zip(TERMS, budget.terms, strict=True) if value > 0.0]
+    for term, value in counting_terms:
         print(f"{1e3 * value:8.2f} mm  {term.text}: {term.meaning}")
-    print(f"{0.0:8.2f} mm  the other {len(TERMS) - len(counting)} terms that SAFETY.md lists")
+    print(f"{0.0:8.2f} mm  the other {len(TERMS) - len(counting_terms)} terms that SAFETY.md lists")
     derived_margins = vars(derive_margins(scenario, mounts))
     print(f"{1e3 * budget.total:8.2f} mm  the sum, which is the safety margin")
     print(f"{1e3 * derived_margins['thinnest']:8.2f} mm  the thinnest obstacle that is certain to be seen\n")

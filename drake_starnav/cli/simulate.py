@@ -107,10 +107,10 @@ def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
     rate = 1.0 if options.real_time_rate is None else options.real_time_rate
     kind = LiveRobots if scenario.robots else LiveRun
     run = kind(scenario, method=options.method, seed=options.seed, real_time_rate=rate, html=options.html)
-    address, goal = run.meshcat.web_url(), "" if scenario.robots else "; sliders move the goal"
-    print(f"open {address} and press start (s); pause (space), stop (escape){goal}", flush=True)
+    page_address, goal = run.meshcat.web_url(), "" if scenario.robots else "; sliders move the goal"
+    print(f"open {page_address} and press start (s); pause (space), stop (escape){goal}", flush=True)
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform == "darwin":
-        webbrowser.open(address)
+        webbrowser.open(page_address)
     run.run(options.quiet)
     run.finish()
     return NOT_REACHED if run.collided else REACHED
@@ -119,19 +119,19 @@ def _simulate_live(scenario: "Scenario", options: argparse.Namespace) -> int:
 def _format_table(record: dict) -> str:
     from drake_starnav.station.monitors import describe_contact  # late: it loads Drake
 
-    outcome, shortest = record["outcome"], record["shortest_path_m"]
-    ratio = f" ({record['path_length_m'] / shortest:.3f} x shortest)" if shortest else ""
+    outcome, shortest_length = record["outcome"], record["shortest_path_m"]
+    ratio_text = f" ({record['path_length_m'] / shortest_length:.3f} x shortest)" if shortest_length else ""
     clearance = record["min_clearance_m"]
-    micro = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
+    median_times = {name: record[name]["p50_s"] * 1e6 for name in ("command", "scan", "plan")}
     rows = (
         ("outcome", describe_contact(outcome, record["contact"]) if record["contact"] else outcome),
         *([("blocked", f"at {record['blocked_s']:.0f} s: {record['blocked_by']}")] if record["blocked_by"] else []),
         ("time", f"{record['time_s']:.1f} s ({record['wall_s']:.1f} s on the wall)"),
-        ("path", f"{record['path_length_m']:.2f} m{ratio}"),
+        ("path", f"{record['path_length_m']:.2f} m{ratio_text}"),
         ("mean speed", f"{record['mean_speed_mps']:.2f} m/s"),
         ("least clearance", "nothing to hit" if clearance is None else f"{clearance * 1000:.0f} mm"),
         ("roadmap", counted(record["nodes"], "node")),
-        ("median times", ", ".join(f"{name} {value:.0f} us" for name, value in micro.items())),
+        ("median times", ", ".join(f"{name} {value:.0f} us" for name, value in median_times.items())),
     )
     return "\n".join(f"{name:>16}  {value}" for name, value in rows)
 

@@ -40,9 +40,9 @@ def connect_dask_pool(address: str) -> Iterator[Pool]:
                 f"--dask {address}: no Dask scheduler there ({reason}); allowed: the address of a running one, "
                 "e.g. tcp://10.0.0.1:8786"
             ) from None
-        threads = _check_workers(client, address)
+        thread_count = _check_workers(client, address)
         executor = client.get_executor(pure=False)
-        yield Pool(lambda: nullcontext(executor), max(2 * threads, LEAST_IN_FLIGHT), threads)
+        yield Pool(lambda: nullcontext(executor), max(2 * thread_count, LEAST_IN_FLIGHT), thread_count)
 
 
 def _check_workers(client: Any, address: str) -> int:

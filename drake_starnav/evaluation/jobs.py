@@ -72,9 +72,9 @@ def make_cases(scenarios: Sequence[str], methods: Sequence[str], overrides: Sequ
         for method in methods:
             scenario = load_scenario(name, method=method, overrides=overrides)
             cases.append(Case(scenario.name, method, format_scenario(scenario), name))
-    names = [(case.scenario, case.method) for case in cases]
-    for scenario_name, method in names:
-        if names.count((scenario_name, method)) > 1:
+    case_names = [(case.scenario, case.method) for case in cases]
+    for scenario_name, method in case_names:
+        if case_names.count((scenario_name, method)) > 1:
             raise StarnavError(
                 f"scenario {scenario_name} with method {method} is given twice; allowed: each once, under its own name"
             )
@@ -102,8 +102,8 @@ def make_jobs(cases: Sequence[Case], trials: int | Sequence[int], seed: int, don
         done: keys of the trials to leave out.
     """
     in_world = not isinstance(trials, int)
-    numbers = range(trials) if isinstance(trials, int) else trials
-    jobs = [Job(case, trial, derive_trial_seed(seed, trial), in_world) for trial in numbers for case in cases]
+    trial_numbers = range(trials) if isinstance(trials, int) else trials
+    jobs = [Job(case, trial, derive_trial_seed(seed, trial), in_world) for trial in trial_numbers for case in cases]
     return [job for job in jobs if job.key not in done]
 
 

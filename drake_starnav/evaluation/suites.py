@@ -91,29 +91,29 @@ def make_suite_table(suite: Suite, records: Sequence[Record], references: Sequen
     by_case: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         by_case.setdefault((record["scenario"], record["method"]), []).append(record)
-    rows = []
+    table_rows = []
     for summary in summarize_records(records):
-        case = (summary.scenario, summary.method)
-        paper = suite.published.get(case, Published())
-        failures = ", ".join(f"{count} {outcome}" for outcome, count in summary.failures.items() if count)
-        pairs = [compare_trials(by_case[case], by_case.get((summary.scenario, name), [])) for name in references]
-        rows.append(
+        case_names = (summary.scenario, summary.method)
+        paper = suite.published.get(case_names, Published())
+        failure_text = ", ".join(f"{count} {outcome}" for outcome, count in summary.failures.items() if count)
+        pairs = [compare_trials(by_case[case_names], by_case.get((summary.scenario, name), [])) for name in references]
+        table_rows.append(
             (
-                *case,
+                *case_names,
                 str(summary.trials), format_rate(summary.reached, summary.trials),
-                format_number(paper.success_percent, 1), failures or "-",
+                format_number(paper.success_percent, 1), failure_text or "-",
                 *(_format_ratio(pair.time_ratio, pair.trials) for pair in pairs), format_number(paper.time_percent, 1),
                 *(_format_ratio(pair.path_ratio, pair.trials) for pair in pairs), format_number(paper.path_percent, 1),
                 f"{format_number(summary.command_p50_s, 3, 1e3)} / {format_number(summary.command_p99_s, 3, 1e3)}",
                 format_number(paper.command_ms, 2),
             )
         )  # fmt: skip
-    times, paths = ([f"{figure} % to {name}" for name in references] for figure in ("TTR", "PLR"))
-    head = (
-        "scenario", "method", "trials", "SR (95 % interval)", "published", "failed", *times, "published",
-        *paths, "published", "command ms p50 / p99", "published",
+    time_columns, path_columns = ([f"{figure} % to {name}" for name in references] for figure in ("TTR", "PLR"))
+    column_names = (
+        "scenario", "method", "trials", "SR (95 % interval)", "published", "failed", *time_columns, "published",
+        *path_columns, "published", "command ms p50 / p99", "published",
     )  # fmt: skip
-    return head, rows
+    return column_names, table_rows
 
 
 def _format_ratio(ratio: float | None, trials: int) -> str:

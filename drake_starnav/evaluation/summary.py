@@ -101,44 +101,44 @@ def split_by_robot(records: Sequence[Record]) -> list[Record]:
 
 def summarize_records(records: Sequence[Record]) -> list[Summary]:
     """A summary for each scenario and method, in the order in which they first appear."""
-    cases: dict[tuple[str, str], list[Record]] = {}
+    case_records: dict[tuple[str, str], list[Record]] = {}
     for record in records:
-        cases.setdefault((record["scenario"], record["method"]), []).append(record)
-    return [_summarize_trials(scenario, method, case) for (scenario, method), case in cases.items()]
+        case_records.setdefault((record["scenario"], record["method"]), []).append(record)
+    return [_summarize_trials(scenario, method, case) for (scenario, method), case in case_records.items()]
 
 
 def _summarize_trials(scenario: str, method: str, records: list[Record]) -> Summary:
-    ran = [record for record in records if "time_s" in record]
-    reached_records = [record for record in ran if record["outcome"] == "reached"]
-    ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records if r["shortest_path_m"]]
-    clearances = [r["min_clearance_m"] for r in ran if r["min_clearance_m"] is not None]
-    scores = [r["score"] for r in ran if r.get("score") is not None]
-    counts = Counter(record["outcome"] for record in records)
-    counts.pop("reached", None)
-    trials = len(records) - counts[UNSUPPORTED]
+    run_records = [record for record in records if "time_s" in record]
+    reached_records = [record for record in run_records if record["outcome"] == "reached"]
+    path_ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records if r["shortest_path_m"]]
+    clearances = [r["min_clearance_m"] for r in run_records if r["min_clearance_m"] is not None]
+    scores = [r["score"] for r in run_records if r.get("score") is not None]
+    outcome_counts = Counter(record["outcome"] for record in records)
+    outcome_counts.pop("reached", None)
+    trial_count = len(records) - outcome_counts[UNSUPPORTED]
 
     def median(step: str, figure: str) -> float | None:
-        return _compute_figure(np.median, [r[step][figure] for r in ran if r[step]["count"]])
+        return _compute_figure(np.median, [r[step][figure] for r in run_records if r[step]["count"]])
 
     return Summary(
         scenario=scenario,
         method=method,
-        trials=trials,
+        trials=trial_count,
         reached=len(reached_records),
-        interval=compute_wilson_interval(len(reached_records), trials),
-        failures={name: counts[name] for name in dict.fromkeys((*OUTCOMES, *sorted(counts)))},
-        path_mean=_compute_figure(np.mean, ratios),
-        path_median=_compute_figure(np.median, ratios),
-        path_p95=_compute_figure(lambda values: np.percentile(values, 95), ratios),
+        interval=compute_wilson_interval(len(reached_records), trial_count),
+        failures={name: outcome_counts[name] for name in dict.fromkeys((*OUTCOMES, *sorted(outcome_counts)))},
+        path_mean=_compute_figure(np.mean, path_ratios),
+        path_median=_compute_figure(np.median, path_ratios),
+        path_p95=_compute_figure(lambda values: np.percentile(values, 95), path_ratios),
         time_s=_compute_figure(np.mean, [r["time_s"] for r in reached_records]),
         speed_mps=_compute_total_ratio(reached_records, "path_length_m", "time_s"),
-        score=sum(scores) / trials if scores else None,
+        score=sum(scores) / trial_count if scores else None,
         clearance_m=_compute_figure(np.min, clearances),
         command_p50_s=median("command", "p50_s"),
         command_p99_s=median("command", "p99_s"),
         scan_p50_s=median("scan", "p50_s"),
         plan_p50_s=median("plan", "p50_s"),
-        wall_ratio=_compute_total_ratio(ran, "wall_s", "time_s"),
+        wall_ratio=_compute_total_ratio(run_records, "wall_s", "time_s"),
     )
 
 
@@ -190,16 +190,16 @@ def compare_trials(records: Sequence[Record], reference: Sequence[Record]) -> Co
     """Compare two sets of trials with the same batch seed; trials are paired by scenario and number."""
     from scipy.stats import binomtest  # late, as above
 
-    ours, theirs = (
+    own_records, other_records = (
         {(r["scenario"], r["trial"]): r for r in side if r["outcome"] != UNSUPPORTED} for side in (records, reference)
     )
-    pairs = [(ours[key], theirs[key]) for key in ours if key in theirs]
-    both = [pair for pair in pairs if all(r["outcome"] == "reached" for r in pair)]
-    first, second = (sum(pair[k]["outcome"] == "reached" for pair in pairs) - len(both) for k in (0, 1))
+    record_pairs = [(own_records[key], other_records[key]) for key in own_records if key in other_records]
+    reached_pairs = [pair for pair in record_pairs if all(r["outcome"] == "reached" for r in pair)]
+    first, second = (sum(pair[k]["outcome"] == "reached" for pair in record_pairs) - len(reached_pairs) for k in (0, 1))
     return Comparison(
-        len(both),
-        _compare_pairs(both, "time_s"),
-        _compare_pairs(both, "path_length_m"),
+        len(reached_pairs),
+        _compare_pairs(reached_pairs, "time_s"),
+        _compare_pairs(reached_pairs, "path_length_m"),
         first,
         second,
         float(binomtest(first, first + second).pvalue) if first + second else 1.0,
@@ -207,11 +207,11 @@ def compare_trials(records: Sequence[Record], reference: Sequence[Record]) -> Co
 
 
 def _compare_pairs(pairs: Sequence[tuple[Record, Record]], field: str) -> PairedRatio | None:
-    ratios = [one[field] / other[field] for one, other in pairs if other[field] > 0.0]
-    if not ratios:
+    pair_ratios = [one[field] / other[field] for one, other in pairs if other[field] > 0.0]
+    if not pair_ratios:
         return None
     of_sums = sum(one[field] for one, _ in pairs) / sum(other[field] for _, other in pairs)
-    return PairedRatio(float(np.mean(ratios)), compute_median_interval(ratios), of_sums)
+    return PairedRatio(float(np.mean(pair_ratios)), compute_median_interval(pair_ratios), of_sums)
 
 
 def _compute_figure(function: Callable[[list[float]], float], values: list[float]) -> float | None:
@@ -219,8 +219,8 @@ def _compute_figure(function: Callable[[list[float]], float], values: list[float
 
 
 def _compute_total_ratio(records: Sequence[Record], numerator: str, denominator: str) -> float | None:
-    total = sum(record[denominator] for record in records)
-    return sum(record[numerator] for record in records) / total if total > 0.0 else None
+    denominator_sum = sum(record[denominator] for record in records)
+    return sum(record[numerator] for record in records) / denominator_sum if denominator_sum > 0.0 else None
 
 
 Table = tuple[Sequence[str], Sequence[Sequence[str]]]
@@ -229,20 +229,20 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 
 def make_outcome_table(summaries: Sequence[Summary]) -> Table:
     """Outcomes of the trials."""
-    others = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))
+    other_outcomes = sorted({name for s in summaries for name in s.failures} - set(OUTCOMES))
     rows = [
         (
             s.scenario, s.method, str(s.trials), str(s.reached), format_rate(s.reached, s.trials),
-            *(str(s.failures.get(name, 0)) for name in (*OUTCOMES, *others)),
+            *(str(s.failures.get(name, 0)) for name in (*OUTCOMES, *other_outcomes)),
         )
         for s in summaries
     ]  # fmt: skip
-    return ("scenario", "method", "trials", "reached", "success (95 % interval)", *OUTCOMES, *others), rows
+    return ("scenario", "method", "trials", "reached", "success (95 % interval)", *OUTCOMES, *other_outcomes), rows
 
 
 def make_cost_table(summaries: Sequence[Summary]) -> Table:
     """Path length, time and clearance on the way to the goal, and computation times; scores if there are any."""
-    rows = [
+    table_rows = [
         (
             s.scenario, s.method,
             format_number(s.path_mean, 3), format_number(s.path_median, 3), format_number(s.path_p95, 2),
@@ -253,21 +253,21 @@ def make_cost_table(summaries: Sequence[Summary]) -> Table:
         )
         for s in summaries
     ]  # fmt: skip
-    head = (
+    column_names = (
         "scenario", "method", "path/shortest", "median", "p95", "time s", "speed m/s", "score",
         "clearance mm", "command us p50 / p99", "scan us", "plan us", "wall/simulated",
     )  # fmt: skip
     if any(s.score is not None for s in summaries):
-        return head, rows
-    return (*head[:7], *head[8:]), [(*row[:7], *row[8:]) for row in rows]
+        return column_names, table_rows
+    return (*column_names[:7], *column_names[8:]), [(*row[:7], *row[8:]) for row in table_rows]
 
 
 def format_rate(successes: int, trials: int) -> str:
     """A success rate with its 95 % interval, in per cent."""
     if trials == 0:
         return "-"
-    low, high = compute_wilson_interval(successes, trials)
-    return f"{100 * successes / trials:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
+    interval_start, interval_end = compute_wilson_interval(successes, trials)
+    return f"{100 * successes / trials:.1f} % ({100 * interval_start:.1f} to {100 * interval_end:.1f})"
 
 
 def format_number(value: float | None, digits: int, scale: float = 1.0) -> str:
@@ -283,8 +283,8 @@ def escape_markdown(text: str) -> str:
 
 def format_markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table with padded columns, readable as plain text."""
-    cells = [[escape_markdown(cell) for cell in row] for row in (head, *rows)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in cells]
-    lines.insert(1, ["-" * width for width in widths])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    escaped_cells = [[escape_markdown(cell) for cell in row] for row in (head, *rows)]
+    column_widths = [max(map(len, column)) for column in zip(*escaped_cells, strict=True)]
+    table_lines = [[cell.ljust(width) for cell, width in zip(row, column_widths, strict=True)] for row in escaped_cells]
+    table_lines.insert(1, ["-" * width for width in column_widths])
+    return "\n".join(f"| {' | '.join(line)} |" for line in table_lines)

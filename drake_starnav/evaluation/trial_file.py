@@ -72,8 +72,8 @@ def hash_own_code(cases: Sequence[Case]) -> dict[str, str]:
     ]
     functions = {name.__module__ for name in named_modules if callable(name)}
     modules = functions | {name.partition(":")[0] for name in named_modules if isinstance(name, str) and ":" in name}
-    own = sorted(name for name in modules if not name.startswith("drake_starnav."))
-    files = {name: getattr(importlib.import_module(name), "__file__", None) for name in own}
+    own_modules = sorted(name for name in modules if not name.startswith("drake_starnav."))
+    files = {name: getattr(importlib.import_module(name), "__file__", None) for name in own_modules}
     return {name: hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] for name, file in files.items() if file}
 
 
@@ -81,20 +81,20 @@ def hash_own_code(cases: Sequence[Case]) -> dict[str, str]:
 def find_git_commit() -> str:
     """The commit of the checkout, with `-dirty` where files differ from it; empty for an installed wheel."""
     root = Path(__file__).parents[2]
-    command = ["git", "-C", str(root), "--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"]
+    git_command = ["git", "-C", str(root), "--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"]
     if not (root / ".git").exists() or shutil.which("git") is None:
         return ""
-    return subprocess.run([*command, "--exclude=*"], capture_output=True, text=True, check=False).stdout.strip()
+    return subprocess.run([*git_command, "--exclude=*"], capture_output=True, text=True, check=False).stdout.strip()
 
 
 def find_processor_name() -> str:
     """The processor's name from /proc/cpuinfo on Linux, elsewhere from Python's `platform`."""
     try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        cpu_info = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
-        text = ""
-    name = re.search(r"^model name\s*: (.*)$", text, re.MULTILINE)
-    return name[1] if name else platform.processor() or platform.machine()
+        cpu_info = ""
+    name_match = re.search(r"^model name\s*: (.*)$", cpu_info, re.MULTILINE)
+    return name_match[1] if name_match else platform.processor() or platform.machine()
 
 
 def _find_version(distribution: str) -> str:
@@ -124,18 +124,18 @@ class TrialFile:
         self.path, self._records = path, dict[Key, Record]()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            data = path.read_bytes() if path.exists() else b""
-            if data and not resume:
+            file_content = path.read_bytes() if path.exists() else b""
+            if file_content and not resume:
                 raise StarnavError(f"{path} exists and is not empty; allowed: a new file, or --resume to continue it")
-            if data:
+            if file_content:
                 found_header, records = read_trials(path)
                 check_same(found_header, header, str(path))
                 self._records = {make_record_key(record): record for record in records}
             self._file = open(path, "ab")  # noqa: SIM115 (closed by close)
-            self._file.truncate(data.rfind(b"\n") + 1)
+            self._file.truncate(file_content.rfind(b"\n") + 1)
         except OSError as error:
             raise make_write_error(path, error) from None
-        if not data:
+        if not file_content:
             self._write(header)
 
     @property
@@ -174,10 +174,10 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
     Raises:
         StarnavError: the file cannot be read, or is not a file of trials.
     """
-    place, allowed_text = f"file of trials {path}", "a file written by `starnav benchmark --json`"
-    data = read_bytes(path, place, allowed_text)
-    with explain_read_errors(place, allowed_text):
-        entries = [json.loads(line) for line in data.decode().split("\n")[:-1]]
+    file_name, allowed_text = f"file of trials {path}", "a file written by `starnav benchmark --json`"
+    file_content = read_bytes(path, file_name, allowed_text)
+    with explain_read_errors(file_name, allowed_text):
+        entries = [json.loads(line) for line in file_content.decode().split("\n")[:-1]]
         if not entries or not isinstance(entries[0], dict) or not entries[0].keys() >= HEADER_KEYS:
             raise ValueError("it has no header")
         return entries[0], list({make_record_key(record): record for record in entries[1:]}.values())
@@ -185,14 +185,14 @@ def read_trials(path: Path) -> tuple[Header, list[Record]]:
 
 def check_same(found: Header, wanted: Header, place: str) -> None:
     """Raise `StarnavError` unless trials of two headers may share a file; the number of trials may differ."""
-    pairs = [(name, found["versions"].get(name), value) for name, value in wanted["versions"].items()]
-    pairs += [(name, found.get(name), wanted[name]) for name in ("seed", "in_worlds", "overrides")]
-    names = [", ".join(f"{c['scenario']} {c['method']}" for c in header["cases"]) for header in (found, wanted)]
-    pairs.append(("cases", names[0], names[1]))
-    changed_keys = [f"{name} {one}, now {other}" for name, one, other in pairs if one != other]
-    for name, code in wanted["code"].items():
-        if (previous_code := found.get("code", {}).get(name)) != code:
-            changed_keys.append(f"other code of {name} ({previous_code or 'not noted'}, now {code})")
+    compared_values = [(name, found["versions"].get(name), value) for name, value in wanted["versions"].items()]
+    compared_values += [(name, found.get(name), wanted[name]) for name in ("seed", "in_worlds", "overrides")]
+    case_names = [", ".join(f"{c['scenario']} {c['method']}" for c in header["cases"]) for header in (found, wanted)]
+    compared_values.append(("cases", case_names[0], case_names[1]))
+    changed_keys = [f"{name} {one}, now {other}" for name, one, other in compared_values if one != other]
+    for name, code_hash in wanted["code"].items():
+        if (previous_code := found.get("code", {}).get(name)) != code_hash:
+            changed_keys.append(f"other code of {name} ({previous_code or 'not noted'}, now {code_hash})")
     if not changed_keys and found["cases"] != wanted["cases"]:
         changed_keys = ["other parameters"]
     if changed_keys:

@@ -51,35 +51,35 @@ def run_jobs(jobs: Iterable[Job], pool: Pool) -> Generator[Record, None, None]:
     Raises:
         StarnavError: the workers can no longer be reached.
     """
-    waiting, lost_jobs = deque(jobs), set[Job]()
-    while waiting:
-        running: dict[Future[Record], Job] = {}
+    waiting_jobs, lost_jobs = deque(jobs), set[Job]()
+    while waiting_jobs:
+        running_jobs: dict[Future[Record], Job] = {}
         ended_jobs: SimpleQueue[Future[Record]] = SimpleQueue()  # `wait` would not notice those cancelled from outside
-        broken = False
+        is_broken = False
         with pool.make_executor() as executor:
-            while running or (waiting and not broken):
-                while waiting and not broken and len(running) < pool.in_flight:
+            while running_jobs or (waiting_jobs and not is_broken):
+                while waiting_jobs and not is_broken and len(running_jobs) < pool.in_flight:
                     try:
-                        future = executor.submit(run_job, waiting[0])
+                        future = executor.submit(run_job, waiting_jobs[0])
                     except BrokenExecutor:
-                        broken = True
+                        is_broken = True
                         break
-                    running[future] = waiting.popleft()
+                    running_jobs[future] = waiting_jobs.popleft()
                     future.add_done_callback(ended_jobs.put)
-                if not running:
+                if not running_jobs:
                     continue
-                job = running.pop(future := ended_jobs.get())
+                job = running_jobs.pop(future := ended_jobs.get())
                 if future.cancelled():
                     raise StarnavError("the workers cannot be reached any more; allowed: --resume once they can")
                 if future.exception() is None:  # never the trial's own: run_job turns that into a record
                     yield future.result()
                 elif job in lost_jobs:
-                    broken = True
+                    is_broken = True
                     yield make_error_record(job, "its worker process died, twice")
                 else:
-                    broken = True
+                    is_broken = True
                     lost_jobs.add(job)
-                    waiting.append(job)
+                    waiting_jobs.append(job)
 
 
 @contextmanager
@@ -121,8 +121,8 @@ def _follow_parent() -> None:
 
 def describe_batch(jobs: Sequence[Job], workers: int) -> str:
     """The size of a batch."""
-    cases = len({(job.case.scenario, job.case.method) for job in jobs})
-    return f"{len(jobs)} trial{'s' * (len(jobs) > 1)} of {cases} case{'s' * (cases > 1)}, {workers} at a time"
+    case_count = len({(job.case.scenario, job.case.method) for job in jobs})
+    return f"{len(jobs)} trial{'s' * (len(jobs) > 1)} of {case_count} case{'s' * (case_count > 1)}, {workers} at a time"
 
 
 def run_batch(
@@ -146,11 +146,11 @@ def run_batch(
         StarnavError: the file can no longer be written, or the workers cannot be started or reached.
     """
     records = {make_record_key(record): record for record in file.records} if file else {}
-    done = {key for key, record in records.items() if record["outcome"] != "error"}
-    jobs = make_jobs(cases, trials, seed, done)
+    done_keys = {key for key, record in records.items() if record["outcome"] != "error"}
+    jobs = make_jobs(cases, trials, seed, done_keys)
     if not jobs:
         return list(records.values())
-    total = (trials if isinstance(trials, int) else len(trials)) * len(cases)
+    trial_count = (trials if isinstance(trials, int) else len(trials)) * len(cases)
     untried_pairs: set[tuple[str, str]] = set()
     try:
         with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool)) as results:
@@ -159,17 +159,17 @@ def run_batch(
                 if file and record != records.get(make_record_key(record)):
                     file.append(record)
                 records[make_record_key(record)] = record
-                case = record["scenario"], record["method"]
+                case_names = record["scenario"], record["method"]
                 is_known = record["outcome"] == "reached" or (
-                    record["outcome"] == UNSUPPORTED and case in untried_pairs
+                    record["outcome"] == UNSUPPORTED and case_names in untried_pairs
                 )
                 if not is_known:
                     bar.say(one_line(f"{title} {_describe_failure(record)}".lstrip()))
                 if record["outcome"] == UNSUPPORTED:
-                    untried_pairs.add(case)
+                    untried_pairs.add(case_names)
                 bar.count(ended_count, len(jobs))
     except KeyboardInterrupt:
-        raise BatchInterrupted(list(records.values()), total) from None
+        raise BatchInterrupted(list(records.values()), trial_count) from None
     return list(records.values())
 
 
@@ -182,8 +182,8 @@ class BatchInterrupted(KeyboardInterrupt):
 
 
 def _describe_failure(record: Record) -> str:
-    message = f": {record['message']}" if "message" in record else ""
+    message_text = f": {record['message']}" if "message" in record else ""
     return (
         f"{record['scenario']} {record['method']} trial {record['trial']} seed {record['seed']}: "
-        f"{record['outcome']}{message}"
+        f"{record['outcome']}{message_text}"
     )

@@ -24,11 +24,11 @@ def add_goal_sliders(meshcat: Meshcat, world: World) -> Callable[[], np.ndarray 
     def values() -> np.ndarray:
         return np.array([meshcat.GetSliderValue(label) for label in SLIDERS])
 
-    first = values()  # rounded to whole steps, unlike the world's goal
+    first_values = values()  # rounded to whole steps, unlike the world's goal
 
     def read() -> np.ndarray | None:
         current_values = values()
-        return None if np.array_equal(current_values, first) else current_values
+        return None if np.array_equal(current_values, first_values) else current_values
 
     return read
 

@@ -47,13 +47,13 @@ WORLD_PREFIX = "/world"
 
 def start_quiet_meshcat() -> Meshcat:
     """Start a Meshcat server for this machine alone, that shows no statistics and does not log its address."""
-    log = logging.getLogger("drake")
-    level = log.level
-    log.setLevel(logging.WARNING)
+    drake_log = logging.getLogger("drake")
+    log_level = drake_log.level
+    drake_log.setLevel(logging.WARNING)
     try:
         return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     finally:
-        log.setLevel(level)
+        drake_log.setLevel(log_level)
 
 
 def apply_look(meshcat: Meshcat) -> None:
@@ -98,16 +98,16 @@ def show_collision_shapes(
     }  # others of the same wheel are drawn
     for frame in inspector.GetAllFrameIds():
         visuals = inspector.GetGeometries(frame, Role.kIllustration)
-        boxes = [_find_bounding_box(inspector, geometry) for geometry in visuals]
-        names = {inspector.GetName(geometry) for geometry in visuals}
+        visual_boxes = [_find_bounding_box(inspector, geometry) for geometry in visuals]
+        visual_names = {inspector.GetName(geometry) for geometry in visuals}
         for geometry in sorted(seen_shapes & set(inspector.GetGeometries(frame)), key=GeometryId.get_value):
-            box = _find_bounding_box(inspector, geometry)
-            if geometry in unseen or box is None or inspector.GetIllustrationProperties(geometry) is not None:
+            bounding_box = _find_bounding_box(inspector, geometry)
+            if geometry in unseen or bounding_box is None or inspector.GetIllustrationProperties(geometry) is not None:
                 continue
-            middle = box[0].translation()
-            if not any((np.abs(X.inverse() @ middle) <= half).all() for X, half in filter(None, boxes)):
+            shape_middle = bounding_box[0].translation()
+            if not any((np.abs(X.inverse() @ shape_middle) <= half).all() for X, half in filter(None, visual_boxes)):
                 look = MakePhongIllustrationProperties([*SHELL_COLOR, 1.0] if frame in robot else OBSTACLE_COLOR)
-                if (name := inspector.GetName(geometry)) in names:  # both without one in their file
+                if (name := inspector.GetName(geometry)) in visual_names:  # both without one in their file
                     scene_graph.RenameGeometry(geometry, f"{name} {geometry.get_value()}")
                 scene_graph.AssignRole(plant.get_source_id(), geometry, look)
 
@@ -217,12 +217,12 @@ class MeshcatStage:
         if not len(points):
             return None
         path, look = self._new_path(layer), self._layers[layer]
-        cloud = PointCloud(len(points))
-        cloud.mutable_xyzs()[:2] = points.T
-        cloud.mutable_xyzs()[2] = look.height
-        size = self._point_scale * look.size
-        self._meshcat.SetObject(path, cloud, size, Rgba(*look.color))
-        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), size, look.on_top)
+        point_cloud = PointCloud(len(points))
+        point_cloud.mutable_xyzs()[:2] = points.T
+        point_cloud.mutable_xyzs()[2] = look.height
+        point_size = self._point_scale * look.size
+        self._meshcat.SetObject(path, point_cloud, point_size, Rgba(*look.color))
+        self.shapes[path] = Shape(points, look.height, None, np.array([look.color]), point_size, look.on_top)
         self._meshcat.SetProperty(f"{path}/<object>", "material.sizeAttenuation", False)
         if look.on_top:
             self._put_on_top(path, layer)
@@ -258,9 +258,9 @@ class MeshcatStage:
         self._show(path, True, time)
 
     def _replace(self, key: str, path: str | None, time: float) -> None:
-        last = self._shown.pop(key, None)
-        if last is not None:
-            self.remove(last, time)
+        last_path = self._shown.pop(key, None)
+        if last_path is not None:
+            self.remove(last_path, time)
         if path is not None:
             self._shown[key] = path
 

@@ -112,8 +112,8 @@ def choose_mark_scale(extent: Sequence[float], radius: float) -> float:
 
     They grow with the root of the world's size, and shrink with a robot that they would hide.
     """
-    (x0, y0, x1, y1), unit = extent, min(radius, USUAL_RADIUS)
-    return unit / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (USUAL_SIZE * unit)))
+    (x0, y0, x1, y1), robot_size = extent, min(radius, USUAL_RADIUS)
+    return robot_size / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (USUAL_SIZE * robot_size)))
 
 
 def add_scene_layers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:
@@ -153,15 +153,15 @@ NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 def make_area(shape: shapely.Geometry, z: float) -> Mesh:
     """The polygons of a shape, W, m, at a height, m."""
-    corners = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(shape)))
-    points, faces = np.unique(corners.reshape(-1, 4, 2)[:, :3].reshape(-1, 2), axis=0, return_inverse=True)
+    triangle_corners = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(shape)))
+    points, faces = np.unique(triangle_corners.reshape(-1, 4, 2)[:, :3].reshape(-1, 2), axis=0, return_inverse=True)
     return Mesh(_raise_points(points, z), faces.reshape(-1, 3).astype(np.int32))
 
 
 def make_fan(center: np.ndarray, rim: np.ndarray, z: float) -> Mesh:
     """Triangles from a centre (2,) to each edge of a closed rim (n, 2), counter-clockwise, W, m, at a height, m."""
-    i = np.arange(len(rim))
-    faces = np.column_stack((np.zeros_like(i), i + 1, (i + 1) % len(rim) + 1))
+    rim_indices = np.arange(len(rim))
+    faces = np.column_stack((np.zeros_like(rim_indices), rim_indices + 1, (rim_indices + 1) % len(rim) + 1))
     return Mesh(_raise_points(np.vstack((center, rim)), z), faces.astype(np.int32))
 
 
@@ -171,11 +171,11 @@ def make_ribbon(points: np.ndarray, width: float, z: float, closed: bool = False
 
     `closed`: whether the last point joins the first.
     """
-    kind = shapely.LinearRing if closed else shapely.LineString
-    line = kind(points if len(points) > 1 + closed else [])
+    line_kind = shapely.LinearRing if closed else shapely.LineString
+    line = line_kind(points if len(points) > 1 + closed else [])
     with np.errstate(divide="ignore", invalid="ignore"):  # where points of the line coincide
-        band = line.buffer(0.5 * width, cap_style="flat", join_style="mitre", mitre_limit=1.7)
-    return make_area(band, z)
+        line_band = line.buffer(0.5 * width, cap_style="flat", join_style="mitre", mitre_limit=1.7)
+    return make_area(line_band, z)
 
 
 def make_segments(end_points: np.ndarray, width: float, z: float) -> Mesh:
@@ -199,28 +199,28 @@ def make_discs(centers: np.ndarray, radius: float, z: float) -> Mesh:
 
 def make_ring(center: np.ndarray, inner: float, outer: float, z: float) -> Mesh:
     """The area between two circles of radii `inner` and `outer` (m) about a centre (2,), W."""
-    middle = shapely.Point(center)
-    return make_area(middle.buffer(outer, quad_segs=5) - middle.buffer(inner, quad_segs=5), z)
+    center_point = shapely.Point(center)
+    return make_area(center_point.buffer(outer, quad_segs=5) - center_point.buffer(inner, quad_segs=5), z)
 
 
 def make_crosses(centers: np.ndarray, size: float, z: float) -> Mesh:
     """Diagonal crosses of a half diagonal `size` (m) about centres of shape (n, 2), W, m."""
-    arms = size * math.sqrt(0.5) * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
-    return make_segments((np.reshape(centers, (-1, 1, 1, 2)) + arms).reshape(-1, 2, 2), 0.45 * size, z)
+    cross_arms = size * math.sqrt(0.5) * np.array([[(-1.0, -1.0), (1.0, 1.0)], [(-1.0, 1.0), (1.0, -1.0)]])
+    return make_segments((np.reshape(centers, (-1, 1, 1, 2)) + cross_arms).reshape(-1, 2, 2), 0.45 * size, z)
 
 
 def make_five_pointed_star(center: np.ndarray, radius: float, z: float) -> Mesh:
     """A star with its first point along y, about a centre of shape (2,), W, m."""
-    spoke = radius * np.where(np.arange(10) % 2, 0.45, 1.0)
-    angle = 0.5 * math.pi + math.pi / 5.0 * np.arange(10)
-    rim = spoke[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    return make_fan(center, np.asarray(center) + rim, z)
+    spoke_lengths = radius * np.where(np.arange(10) % 2, 0.45, 1.0)
+    spoke_angles = 0.5 * math.pi + math.pi / 5.0 * np.arange(10)
+    rim_points = spoke_lengths[:, None] * np.column_stack((np.cos(spoke_angles), np.sin(spoke_angles)))
+    return make_fan(center, np.asarray(center) + rim_points, z)
 
 
 def make_goal_star(place: Sequence[float] | np.ndarray, radius: float, extent: Sequence[float]) -> Mesh:
     """The mark of a goal (x, y, ...), W, m: a little smaller than a robot of the radius, m, larger in a large world."""
-    size = 0.9 * max(radius, USUAL_RADIUS) * choose_mark_scale(extent, radius)
-    return make_five_pointed_star(np.array(place[:2]), size, LAYERS["goal"].height)
+    mark_size = 0.9 * max(radius, USUAL_RADIUS) * choose_mark_scale(extent, radius)
+    return make_five_pointed_star(np.array(place[:2]), mark_size, LAYERS["goal"].height)
 
 
 def make_rim(shape: Footprint, width: float) -> Mesh:
@@ -231,18 +231,18 @@ def make_rim(shape: Footprint, width: float) -> Mesh:
 
 def make_front(shape: Footprint, least: float) -> Mesh:
     """A triangle that points ahead to the front of a footprint, in the robot's frame; at least so long, m."""
-    x = float(shape.outline[:, 0].max())
+    front_x = float(shape.outline[:, 0].max())
     length = max(0.45 * shape.cover_radius, least)
-    tip = np.array([(x, 0.0), (x - length, 0.5 * length), (x - length, -0.5 * length)])
-    return Mesh(_raise_points(tip, LAYERS["front"].height), np.array([(0, 1, 2)], np.int32))
+    tip_corners = np.array([(front_x, 0.0), (front_x - length, 0.5 * length), (front_x - length, -0.5 * length)])
+    return Mesh(_raise_points(tip_corners, LAYERS["front"].height), np.array([(0, 1, 2)], np.int32))
 
 
 def make_arrow(length: float, width: float) -> Mesh:
     """An arrow from the origin along x, of a length and a width of its shaft, m."""
-    head = min(3.0 * width, length)
-    shaft, half = length - head, 0.5 * width
-    line = [(0.0, -half), (shaft, -half), (shaft, -0.5 * head), (length, 0.0)]
-    corners = np.array([*line, *((x, -y) for x, y in line[2::-1])])
+    head_length = min(3.0 * width, length)
+    shaft_length, half_width = length - head_length, 0.5 * width
+    lower_line = [(0.0, -half_width), (shaft_length, -half_width), (shaft_length, -0.5 * head_length), (length, 0.0)]
+    corners = np.array([*lower_line, *((x, -y) for x, y in lower_line[2::-1])])
     return make_area(shapely.Polygon(corners).buffer(0.0), LAYERS["velocities"].height)
 
 
@@ -250,16 +250,16 @@ def sweep_area(poses: np.ndarray, shape: Footprint, z: float) -> Mesh:
     """The area that a footprint covers at some poses (x, y, yaw), shape (n, 3), W, m and rad; a disc's between them,
     too."""
     if shape.is_disc:
-        way = poses[:, :2] if len(poses) > 1 else np.repeat(poses[:, :2], 2, axis=0)
-        return make_area(shapely.LineString(way).buffer(shape.radius, quad_segs=5), z)
+        center_line = poses[:, :2] if len(poses) > 1 else np.repeat(poses[:, :2], 2, axis=0)
+        return make_area(shapely.LineString(center_line).buffer(shape.radius, quad_segs=5), z)
     return make_area(shapely.union_all([find_covered_area(shape, pose) for pose in poses]), z)
 
 
 def compute_speed_colors(speeds: np.ndarray, max_speed: float) -> np.ndarray:
     """Colours of the trail at speeds of shape (n,), m/s; shape (n, 3), red, green, blue, 0 to 1."""
-    share = np.clip(np.abs(speeds) / max_speed, 0.0, 1.0)
-    at = np.linspace(0.0, 1.0, len(SPEED_COLORS))
-    return np.column_stack([np.interp(share, at, channel) for channel in SPEED_COLORS.T])
+    speed_shares = np.clip(np.abs(speeds) / max_speed, 0.0, 1.0)
+    color_shares = np.linspace(0.0, 1.0, len(SPEED_COLORS))
+    return np.column_stack([np.interp(speed_shares, color_shares, channel) for channel in SPEED_COLORS.T])
 
 
 def _raise_points(points: np.ndarray, z: float) -> np.ndarray:

@@ -96,14 +96,14 @@ def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
         caption: of the panel, with the rows of the legend, each of which hides or shows its layer.
     """
     followed_path = cameras.followed.strip("/").split("/")
-    rows = "".join(_make_row(name, layer, caption, followed_path) for name, layer in caption.legend.items())
+    legend_rows = "".join(_make_row(name, layer, caption, followed_path) for name, layer in caption.legend.items())
     buttons = "".join(f"<button onclick=\"starnav.look('{view}')\">{view}</button>" for view in VIEWS)
-    lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
-    panel = (
+    caption_lines = "".join(f"<p>{html.escape(line)}</p>" for line in caption.lines)
+    panel_html = (
         f"<style>{_read_page_file('page.css')}</style>"
-        f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{lines}'
+        f'<div id="starnav-panel"><h1>{html.escape(caption.heading)}</h1>{caption_lines}'
         f'<div id="starnav-views">{buttons}</div>'
-        f'<details id="starnav-legend"><summary>legend</summary><table>{rows}</table></details>'
+        f'<details id="starnav-legend"><summary>legend</summary><table>{legend_rows}</table></details>'
         f'<details id="starnav-controls"><summary>Meshcat</summary></details></div>'
         '<svg id="starnav-axes" width="84" height="84"><path id="starnav-x"/><path id="starnav-y"/>'
         '<text id="starnav-x-name">x</text><text id="starnav-y-name">y</text></svg>'
@@ -112,11 +112,11 @@ def add_panel(page: str, caption: Caption, cameras: Cameras) -> str:
         '<span id="starnav-clock">t = 0.0 s</span><div id="starnav-scale"><span></span></div></div>'
         f"<script>{_make_script(cameras, followed_path)}</script>"
     )
-    title = html.escape(" · ".join((caption.heading, *caption.lines)))
-    narrow = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    page = page.replace("<title>Drake MeshCat</title>", f"{narrow}<title>{title}</title>", 1)
+    page_title = html.escape(" · ".join((caption.heading, *caption.lines)))
+    viewport_tag = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    page = page.replace("<title>Drake MeshCat</title>", f"{viewport_tag}<title>{page_title}</title>", 1)
     head, end, tail = page.rpartition("</body>")
-    return head + panel + end + tail
+    return head + panel_html + end + tail
 
 
 def _make_row(name: str, layer: Layer, caption: Caption, followed_path: list[str]) -> str:
@@ -139,8 +139,8 @@ def _make_script(cameras: Cameras, followed_path: list[str]) -> str:
         "followed": followed_path,
         "start": [*map(float, cameras.start), 0.0],
     }
-    text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
-    return _read_page_file("page.js").replace("SETTINGS", text, 1)
+    settings_text = json.dumps(settings).replace("<", "\\u003c")  # "<" may end the script, or begin a comment
+    return _read_page_file("page.js").replace("SETTINGS", settings_text, 1)
 
 
 def format_css_color(color: tuple[float, float, float] | np.ndarray) -> str:
@@ -151,17 +151,17 @@ def format_css_color(color: tuple[float, float, float] | np.ndarray) -> str:
 def _draw_symbol(layer: Layer) -> str:
     """The layer's symbol in the legend, as inline SVG."""
     color = format_css_color(find_seen_color(layer))
-    rim = make_five_pointed_star(np.zeros(2), 6.5, 0.0).vertices[1:]
-    corners = " ".join(f"{11.0 + x:.1f},{7.0 - y:.1f}" for x, y, _ in rim)
-    share = np.linspace(0.0, 1.0, len(SPEED_COLORS))
-    stops = "".join(
+    star_rim = make_five_pointed_star(np.zeros(2), 6.5, 0.0).vertices[1:]
+    star_corners = " ".join(f"{11.0 + x:.1f},{7.0 - y:.1f}" for x, y, _ in star_rim)
+    color_shares = np.linspace(0.0, 1.0, len(SPEED_COLORS))
+    gradient_stops = "".join(
         f'<stop offset="{at:.2f}" stop-color="{format_css_color(c)}"/>'
-        for at, c in zip(share, SPEED_COLORS, strict=True)
+        for at, c in zip(color_shares, SPEED_COLORS, strict=True)
     )
-    area = f'<rect x="2" y="2" width="18" height="10" fill="{color}"/>'
-    shapes = {
-        "area": area,
-        "region": area.replace("/>", f' stroke="{format_css_color(layer.color)}"/>'),
+    area_svg = f'<rect x="2" y="2" width="18" height="10" fill="{color}"/>'
+    symbol_shapes = {
+        "area": area_svg,
+        "region": area_svg.replace("/>", f' stroke="{format_css_color(layer.color)}"/>'),
         "line": f'<path d="M1 7H21" stroke="{color}" stroke-width="3"/>',
         "disc": f'<circle cx="11" cy="7" r="4.5" fill="{color}"/>',
         "arrow": f'<path d="M2 6H13V2L20 7L13 12V8H2Z" fill="{color}"/>',
@@ -170,10 +170,10 @@ def _draw_symbol(layer: Layer) -> str:
         "dot": f'<circle cx="11" cy="7" r="2.2" fill="{color}"/>',
         "ring": f'<circle cx="11" cy="7" r="5" fill="none" stroke="{color}" stroke-width="2.4"/>',
         "cross": f'<path d="M7 3L15 11M15 3L7 11" stroke="{color}" stroke-width="2.6"/>',
-        "star": f'<polygon points="{corners}" fill="{color}"/>',
+        "star": f'<polygon points="{star_corners}" fill="{color}"/>',
         "robot": f'<circle cx="11" cy="7" r="6.5" fill="{color}"/>'
         f'<circle cx="11" cy="7" r="4.5" fill="{format_css_color(DECK_COLOR)}"/>',
-        "gradient": f'<linearGradient id="starnav-speed">{stops}</linearGradient>'
+        "gradient": f'<linearGradient id="starnav-speed">{gradient_stops}</linearGradient>'
         '<rect x="1" y="5" width="20" height="4" fill="url(#starnav-speed)"/>',
     }
-    return f'<svg width="22" height="14">{shapes[layer.symbol]}</svg>'
+    return f'<svg width="22" height="14">{symbol_shapes[layer.symbol]}</svg>'

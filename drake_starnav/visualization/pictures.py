@@ -33,11 +33,11 @@ def write_still(path: Path, run: RecordedRun, time: float, view: str, width: flo
 
 def write_clips(paths: Sequence[Path], run: RecordedRun, view: str, width: int, speed: float, rate: int) -> None:
     """Write a run as each of `CLIPS` that are asked for: `rate` pictures a second, `speed` times real time."""
-    times, pictures = choose_picture_times(run.duration, rate, speed), []
+    picture_times, pictures = choose_picture_times(run.duration, rate, speed), []
     with Progress("pictures") as bar:
-        for time in times:
+        for time in picture_times:
             pictures.append(draw_moment(run, float(time), view, width))
-            bar.count(len(pictures), len(times))
+            bar.count(len(pictures), len(picture_times))
     for path in paths:
         if path.suffix == ".gif":
             caption_text = ", ".join((run.caption.heading, *run.caption.lines)).replace("\u00a0", " ")
@@ -57,11 +57,11 @@ def choose_picture_times(duration: float, rate: int, speed: float) -> np.ndarray
 
 def write_gif(path: Path, pictures: Sequence[Image.Image], rate: int, caption: str) -> None:
     """Write pictures of equal size, `rate` a second (in hundredths of seconds), as a repeating GIF with a comment."""
-    chosen = [pictures[round(at)] for at in np.linspace(0, len(pictures) - 1, 5)]
-    sample = Image.fromarray(np.vstack([np.asarray(picture) for picture in chosen]))
+    sample_pictures = [pictures[round(at)] for at in np.linspace(0, len(pictures) - 1, 5)]
+    sample_image = Image.fromarray(np.vstack([np.asarray(picture) for picture in sample_pictures]))
     # All pictures share a palette, or they would shimmer. The widest coverage keeps the colours of small things, and
     # k-means makes those of large areas exact.
-    palette = sample.quantize(128, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
+    palette = sample_image.quantize(128, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
     durations = [round(100.0 / rate) * 10] * (len(pictures) - 1) + [round(1000.0 * FINAL_PAUSE)]
     with replace_file(path) as temporary, Progress("gif") as bar:
         frames = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in _report_each(pictures, bar))
@@ -77,12 +77,12 @@ def write_mp4(path: Path, pictures: Sequence[Image.Image], rate: int) -> None:
     Raises:
         StarnavError: there is no ffmpeg, or it fails.
     """
-    even = "crop=trunc(iw/2)*2:trunc(ih/2)*2"
-    more = ["-vf", even, "-crf", "20", "-movflags", "+faststart", "-f", "mp4"]
-    look: dict[str, Any] = {"fps": rate, "codec": "libx264", "quality": None, "macro_block_size": 1}
+    even_crop = "crop=trunc(iw/2)*2:trunc(ih/2)*2"
+    more = ["-vf", even_crop, "-crf", "20", "-movflags", "+faststart", "-f", "mp4"]
+    video_format: dict[str, Any] = {"fps": rate, "codec": "libx264", "quality": None, "macro_block_size": 1}
     with replace_file(path) as temporary, Progress("mp4") as bar:
         try:
-            encoder = import_ffmpeg().write_frames(str(temporary), pictures[0].size, output_params=more, **look)
+            encoder = import_ffmpeg().write_frames(str(temporary), pictures[0].size, output_params=more, **video_format)
             encoder.send(None)
             for picture in _report_each(pictures, bar):
                 encoder.send(picture.tobytes())

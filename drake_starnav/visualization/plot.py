@@ -91,15 +91,15 @@ def write_figure(path: Path, run: RecordedRun, time: float, width: float = WIDTH
     if not LEAST_WIDTH <= width <= MOST_WIDTH:
         raise StarnavError(f"width of {path} is {shown(width)} in; allowed: {LEAST_WIDTH:g} to {MOST_WIDTH:g} inches")
     date_key = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
-    file = io.BytesIO()
+    figure_file = io.BytesIO()
     with rc_context({**EMBEDDED_FONTS, "svg.hashsalt": "starnav", "font.size": TEXT_SIZE}):
         figure = draw_moment_figure(run, time, width=width)
-        figure.savefig(file, format=path.suffix[1:], dpi=200, metadata={date_key: None})
-    content = file.getvalue()
+        figure.savefig(figure_file, format=path.suffix[1:], dpi=200, metadata={date_key: None})
+    file_content = figure_file.getvalue()
     if path.suffix == ".svg":
-        content = LONG_NUMBER.sub(rb"\1", content)
+        file_content = LONG_NUMBER.sub(rb"\1", file_content)
     with replace_file(path) as temporary:
-        temporary.write_bytes(content)
+        temporary.write_bytes(file_content)
 
 
 def draw_moment(run: RecordedRun, time: float, view: str = "top", width: int = 1100) -> Image.Image:
@@ -119,45 +119,45 @@ def _draw_scene(axes: Axes, run: RecordedRun, time: float) -> None:
 
 
 def _make_legend_handle(layer: Layer) -> Artist:
-    look: dict[str, Any] = {"label": layer.label, "color": layer.color}
+    handle_look: dict[str, Any] = {"label": layer.label, "color": layer.color}
     if layer.symbol in ("area", "region"):
-        rim = 1.0 if layer.symbol == "region" else 0.0
-        look = {"facecolor": find_seen_color(layer), "edgecolor": layer.color, "linewidth": rim}
-        return Rectangle((0.0, 0.0), 1.0, 1.0, label=layer.label, **look)
+        rim_width = 1.0 if layer.symbol == "region" else 0.0
+        handle_look = {"facecolor": find_seen_color(layer), "edgecolor": layer.color, "linewidth": rim_width}
+        return Rectangle((0.0, 0.0), 1.0, 1.0, label=layer.label, **handle_look)
     if layer.symbol in ("line", "gradient"):
-        return Line2D([], [], linewidth=3.0, **look)
+        return Line2D([], [], linewidth=3.0, **handle_look)
     marker, size = MARKERS[layer.symbol]
-    face, edge = ("none", 2.5) if layer.symbol in ("ring", "cross", "outline") else (layer.color, 0.0)
-    look |= {"marker": marker, "markersize": size, "markerfacecolor": face, "markeredgewidth": edge}
-    return Line2D([], [], linestyle="none", **look)
+    face_color, edge_width = ("none", 2.5) if layer.symbol in ("ring", "cross", "outline") else (layer.color, 0.0)
+    handle_look |= {"marker": marker, "markersize": size, "markerfacecolor": face_color, "markeredgewidth": edge_width}
+    return Line2D([], [], linestyle="none", **handle_look)
 
 
 def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
     """Draw solid shapes as they hide one another from above: what has one colour and height is drawn together."""
-    kinds: dict[tuple[tuple[float, ...], float], list[np.ndarray]] = {}
+    outlines_by_look: dict[tuple[tuple[float, ...], float], list[np.ndarray]] = {}
     for solid in scene.solids:
-        outlines, top = solid.project_from_above(time)
-        order = min(SOLID_ORDER + 100.0 * top, ON_TOP - 1.0) if top > FLOOR_TOLERANCE else 0.0
-        kinds.setdefault((solid.color, round(order, 3)), []).extend(outlines)
-    for (color, order), outlines in kinds.items():
+        outlines, top_height = solid.project_from_above(time)
+        drawing_order = min(SOLID_ORDER + 100.0 * top_height, ON_TOP - 1.0) if top_height > FLOOR_TOLERANCE else 0.0
+        outlines_by_look.setdefault((solid.color, round(drawing_order, 3)), []).extend(outlines)
+    for (color, drawing_order), outlines in outlines_by_look.items():
         # a hairline hides the seams between the parts of a wall
-        shapes = PolyCollection(outlines, facecolor=color, edgecolor=color, linewidth=0.2, zorder=order)
+        shapes = PolyCollection(outlines, facecolor=color, edgecolor=color, linewidth=0.2, zorder=drawing_order)
         shapes.set_rasterized(len(outlines) > DETAILED)
         axes.add_collection(shapes, autolim=False)
 
 
 def _draw_shape(axes: Axes, shape: Shape, time: float) -> None:
-    order = ON_TOP * shape.on_top + 100.0 * shape.height
+    drawing_order = ON_TOP * shape.on_top + 100.0 * shape.height
     points = shape.points
     if shape.faces is None:
-        look = {"color": shape.colors[0], "markersize": shape.size, "markeredgewidth": 0.0, "zorder": order}
+        look = {"color": shape.colors[0], "markersize": shape.size, "markeredgewidth": 0.0, "zorder": drawing_order}
         axes.add_line(Line2D(*points.T, linestyle="none", marker="s", **look))
         return
     look = {"alpha": shape.opacity, "linewidth": SEAM if shape.opacity >= 1.0 else 0.0, "joinstyle": "round"}
     X_WF = np.eye(3, 4) if shape.poses is None else shape.poses.at(time)
     for color, area in shape.areas.items():
         polygons = shapely.get_parts(area.normalize())
-        rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
-        outlines = [shapely.get_coordinates(ring) @ X_WF[:2, :2].T + X_WF[:2, 3] for ring in rings]
+        polygon_rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
+        outlines = [shapely.get_coordinates(ring) @ X_WF[:2, :2].T + X_WF[:2, 3] for ring in polygon_rings]
         path = Outline.make_compound_path(*(Outline(outline, closed=True) for outline in outlines))
-        axes.add_artist(PathPatch(path, color=color, zorder=order, **look))
+        axes.add_artist(PathPatch(path, color=color, zorder=drawing_order, **look))

@@ -79,11 +79,11 @@ class Recorder:
         self._shapes = add_visualizers(builder, navigation, scenario, self._meshcat).stage.shapes
         station = simulated(navigation.station)
         self._scene = SceneTimeline(station.scene_graph, find_robot_frames(station))
-        notes = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
-        notes = builder.AddNamedSystem("scene_recorder", notes)
-        builder.Connect(station.geometry_query, notes.get_input_port())
-        frames, live = scenario.recording.frames_per_second, meshcat is not None
-        self._meshcat.StartRecording(frames, set_visualizations_while_recording=live)
+        scene_recorder = SceneRecorder(self._scene, period=1.0 / scenario.recording.frames_per_second)
+        scene_recorder = builder.AddNamedSystem("scene_recorder", scene_recorder)
+        builder.Connect(station.geometry_query, scene_recorder.get_input_port())
+        frame_rate, is_live = scenario.recording.frames_per_second, meshcat is not None
+        self._meshcat.StartRecording(frame_rate, set_visualizations_while_recording=is_live)
 
     def finish(self, lines: tuple[str, ...] = (), motion: Motion | None = None) -> None:
         """End the recording and write it, or raise a `StarnavError`.
@@ -93,8 +93,8 @@ class Recorder:
             motion: of the robot; None for the one that was recorded.
         """
         world, station = self._navigation.world, simulated(self._navigation.station)
-        poses = self._scene.frames[station.robot_interface.base_frame]
-        if not poses.times:
+        base_poses = self._scene.frames[station.robot_interface.base_frame]
+        if not base_poses.times:
             raise StarnavError("the diagram was not simulated, and nothing is recorded; allowed: after AdvanceTo")
         layers = list_layers_of_run(self._scenario.robot.max_speed, world, make_robot_layer(self._scene, station))
         layers = select_drawn_layers(layers, self._shapes, world)
@@ -102,9 +102,9 @@ class Recorder:
         cameras = Cameras(world.extent, self._view, find_robot_path(station), world.start[:2])
         finish_recording(self._meshcat, self._html, caption, cameras)
         if motion is None:
-            X_WB = np.array(poses.values)
+            X_WB = np.array(base_poses.values)
             yaw = np.arctan2(X_WB[:, 1, 0], X_WB[:, 0, 0])
-            motion = Motion(np.array(poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
+            motion = Motion(np.array(base_poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
         self.recorded = RecordedRun(caption, world.extent, self._scene, self._shapes, (motion,))
 
     def save(
@@ -164,11 +164,11 @@ def select_drawn_layers(layers: Mapping[str, Layer], shapes: Iterable[str], worl
 
 def make_robot_layer(scene: SceneTimeline, station: StationInterface) -> Layer:
     """The row of the legend for a robot, in the colour of its largest part in a scene."""
-    own = [scene.frames[frame] for frame in find_robot_frames(station) if frame in scene.frames]
-    parts = [part for part in scene.solids if any(part.poses is poses for poses in own)]
-    largest = max(parts, key=lambda part: np.ptp(part.vertices, axis=0).prod(), default=None)
-    color = ROBOT.color if largest is None else largest.color
-    has_deck = any(np.allclose(part.color, DECK_COLOR) for part in parts)
+    robot_poses = [scene.frames[frame] for frame in find_robot_frames(station) if frame in scene.frames]
+    robot_parts = [part for part in scene.solids if any(part.poses is poses for poses in robot_poses)]
+    largest_part = max(robot_parts, key=lambda part: np.ptp(part.vertices, axis=0).prod(), default=None)
+    color = ROBOT.color if largest_part is None else largest_part.color
+    has_deck = any(np.allclose(part.color, DECK_COLOR) for part in robot_parts)
     return dataclasses.replace(ROBOT, color=color, symbol="robot" if has_deck else "disc")
 
 

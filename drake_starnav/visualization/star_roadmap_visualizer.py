@@ -244,18 +244,18 @@ class StarRoadmapVisualizer(LeafSystem):
         """Add regions to the faint area of all; the newest is bright."""
         if not regions:
             return
-        areas = [shapely.Polygon(region.outline(120)).buffer(0.0) for region in regions]
-        added_area = shapely.union_all(areas).difference(self._drawn.area, grid_size=1e-4)
+        region_areas = [shapely.Polygon(region.outline(120)).buffer(0.0) for region in regions]
+        added_area = shapely.union_all(region_areas).difference(self._drawn.area, grid_size=1e-4)
         parts = [
             part for part in shapely.get_parts(added_area) if part.geom_type == "Polygon" and part.area > LEAST_AREA
         ]
-        self._drawn.area = shapely.union_all([self._drawn.area, *areas], grid_size=1e-4)
+        self._drawn.area = shapely.union_all([self._drawn.area, *region_areas], grid_size=1e-4)
         layer = LAYERS["regions/all"]
         self._grow(self.stage.add("regions/all", meshes.make_area(shapely.MultiPolygon(parts), layer.height), time))
-        rim, height = regions[-1].outline(120), LAYERS["regions/newest"].height
+        region_rim, height = regions[-1].outline(120), LAYERS["regions/newest"].height
         newest = (
-            meshes.make_fan(regions[-1].center, rim, height),
-            meshes.make_ribbon(rim, 0.5 * self._line, height, closed=True),
+            meshes.make_fan(regions[-1].center, region_rim, height),
+            meshes.make_ribbon(region_rim, 0.5 * self._line, height, closed=True),
         )
         for key, mesh, opacity in zip(("area", "rim"), newest, (None, meshes.RIM_OPACITY), strict=True):
             self.stage.swap("regions/newest", mesh, time, opacity, key)
@@ -274,12 +274,12 @@ class StarRoadmapVisualizer(LeafSystem):
         """Draw the frontiers with their points, and the dead ends, if they may have changed."""
         if state.roadmap is self._drawn.roadmap:
             return
-        lines = state.frontiers(self._robot.shape.cover_radius)
-        edges = meshes.make_segments(lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
-        self.stage.swap("frontiers/extendable", edges, time)
-        points = _apart_from(np.zeros((0, 2)), _find_middles(lines), SPACING * self._node)
-        dots = meshes.make_discs(points, self._frontier, LAYERS["frontiers/points"].height)
-        self.stage.swap("frontiers/points", dots, time)
+        frontier_lines = state.frontiers(self._robot.shape.cover_radius)
+        line_mesh = meshes.make_segments(frontier_lines, 0.5 * self._line, LAYERS["frontiers/extendable"].height)
+        self.stage.swap("frontiers/extendable", line_mesh, time)
+        frontier_points = _apart_from(np.zeros((0, 2)), _find_middles(frontier_lines), SPACING * self._node)
+        point_mesh = meshes.make_discs(frontier_points, self._frontier, LAYERS["frontiers/points"].height)
+        self.stage.swap("frontiers/points", point_mesh, time)
         cross_mesh = meshes.make_crosses(
             state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height
         )
@@ -309,8 +309,8 @@ class StarRoadmapVisualizer(LeafSystem):
         points = np.vstack(
             [align_with_robot(scan, mount).points(mount.find_lidar_pose(pose)) for scan, mount in seen_scans]
         )
-        every = math.ceil(max(len(points), 1) / SCAN_POINTS)
-        self.stage.swap_points("scan", points[::every], time)
+        point_step = math.ceil(max(len(points), 1) / SCAN_POINTS)
+        self.stage.swap_points("scan", points[::point_step], time)
 
     def _draw_certificate(self, certificate: Any, time: float) -> None:
         if certificate is None or certificate is self._drawn.certificate:
@@ -332,10 +332,10 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         # One quad per step, so that each shows its own speed.
         end_points = np.stack((trail[:-1, :2], trail[1:, :2]), axis=1)
-        steps = np.hypot(*(end_points[:, 1] - end_points[:, 0]).T) > meshes.SAME_POINT
-        mesh = meshes.make_segments(end_points[steps], self._line, LAYERS["trail"].height)
-        colors = np.repeat(meshes.compute_speed_colors(trail[1:, 2][steps], self._robot.max_speed), 4, axis=0)
-        self.stage.add("trail", mesh, time, colors=colors)
+        has_moved = np.hypot(*(end_points[:, 1] - end_points[:, 0]).T) > meshes.SAME_POINT
+        mesh = meshes.make_segments(end_points[has_moved], self._line, LAYERS["trail"].height)
+        step_colors = np.repeat(meshes.compute_speed_colors(trail[1:, 2][has_moved], self._robot.max_speed), 4, axis=0)
+        self.stage.add("trail", mesh, time, colors=step_colors)
         self._drawn.trail = self._drawn.trail[-1:]
 
 
@@ -350,8 +350,8 @@ def _apart_from(drawn_points: np.ndarray, points: np.ndarray, spacing: float) ->
 
 def _find_middles(lines: np.ndarray) -> np.ndarray:
     """The middles of polylines, whose segments, shape (n, 2, 2), follow one another; shape (m, 2)."""
-    breaks = np.flatnonzero(np.any(lines[1:, 0] != lines[:-1, 1], axis=1)) + 1
-    chains = [shapely.LineString([*part[:, 0], part[-1, 1]]) for part in np.split(lines, breaks) if len(part)]
+    chain_starts = np.flatnonzero(np.any(lines[1:, 0] != lines[:-1, 1], axis=1)) + 1
+    chains = [shapely.LineString([*part[:, 0], part[-1, 1]]) for part in np.split(lines, chain_starts) if len(part)]
     return shapely.get_coordinates(shapely.line_interpolate_point(chains, 0.5, normalized=True))
 
 

@@ -59,10 +59,10 @@ class Shape:
     @cached_property
     def areas(self) -> dict[tuple[float, ...], shapely.Geometry]:
         """By colour, what the triangles of it cover, m; where points have colours, those of one shade together."""
-        faces = np.zeros((0, 3), int) if self.faces is None else self.faces
-        colors = np.broadcast_to(self.colors, (len(self.points), 3))[faces].mean(axis=1)
+        triangle_faces = np.zeros((0, 3), int) if self.faces is None else self.faces
+        colors = np.broadcast_to(self.colors, (len(self.points), 3))[triangle_faces].mean(axis=1)
         shades, shade = np.unique(colors.round(1) if len(self.colors) > 1 else colors, axis=0, return_inverse=True)
-        triangles = shapely.polygons(self.points[faces])
+        triangles = shapely.polygons(self.points[triangle_faces])
         return {tuple(color): shapely.union_all(triangles[shade == k]) for k, color in enumerate(shades.tolist())}
 
 
@@ -84,13 +84,13 @@ class Track:
 
     def at(self, time: float) -> Any:
         """The value at a time: numbers are interpolated between keyframes, as in Meshcat; flags switch."""
-        k = bisect.bisect_right(self.times, time)
-        if k == 0:
+        next_key = bisect.bisect_right(self.times, time)
+        if next_key == 0:
             return self.values[0]
-        if k == len(self.times) or isinstance(self.values[k - 1], bool):
-            return self.values[k - 1]
-        share = (time - self.times[k - 1]) / (self.times[k] - self.times[k - 1])
-        return (1.0 - share) * self.values[k - 1] + share * self.values[k]
+        if next_key == len(self.times) or isinstance(self.values[next_key - 1], bool):
+            return self.values[next_key - 1]
+        time_share = (time - self.times[next_key - 1]) / (self.times[next_key] - self.times[next_key - 1])
+        return (1.0 - time_share) * self.values[next_key - 1] + time_share * self.values[next_key]
 
 
 @dataclass(frozen=True)

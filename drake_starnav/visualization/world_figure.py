@@ -45,15 +45,15 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
 
     # A hairline edge hides the seams between the parts of a wall.
     discs = PatchCollection([Circle((x, y), radius) for x, y, radius in world.discs], facecolor=obstacles, linewidth=0)
-    polygons = PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2)
-    for collection in (discs, polygons):
+    polygon_patches = PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2)
+    for collection in (discs, polygon_patches):
         collection.set(zorder=1, rasterized=len(world.discs) + len(world.polygons) > DETAILED)
         axis.add_collection(collection)
-    moving, color = world.moving_obstacles, meshes.MOVING_OBSTACLES.color
+    moving, moving_color = world.moving_obstacles, meshes.MOVING_OBSTACLES.color
     for radius, path in zip(moving.radii, moving.paths, strict=True):
         if paths:
-            axis.plot(*path[:, 1:].T, color=color, linewidth=0.6, alpha=0.6, zorder=1)
-        axis.add_patch(Circle(path[0, 1:], radius, facecolor=color, zorder=1))
+            axis.plot(*path[:, 1:].T, color=moving_color, linewidth=0.6, alpha=0.6, zorder=1)
+        axis.add_patch(Circle(path[0, 1:], radius, facecolor=moving_color, zorder=1))
     if world.bounds is not None:
         x0, y0, x1, y1 = world.bounds
         axis.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALLS, linewidth=1.5, zorder=1))
@@ -89,10 +89,10 @@ def draw_robot(
     footprint = disc(shape) if isinstance(shape, float) else shape
     (x, y, yaw), radius = pose, footprint.radius
     for part in footprint.parts or (footprint.outline,):
-        corners = transform_points(np.array((x, y, yaw)), part)
-        axis.add_patch(Polygon(corners, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
-    nose = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
-    axis.plot((x, nose[0]), (y, nose[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
+        part_corners = transform_points(np.array((x, y, yaw)), part)
+        axis.add_patch(Polygon(part_corners, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
+    nose_place = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
+    axis.plot((x, nose_place[0]), (y, nose_place[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
 
 
 def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "goal") -> None:
@@ -115,11 +115,11 @@ def save_figure(figure: Any, file: str | Path, *, dpi: int = 80, legend: bool = 
     from matplotlib import rc_context
 
     if legend:
-        columns = max(1, round(4 * figure.get_figwidth() / 7.0))
-        figure.legend(loc="outside lower center", ncols=min(4, columns), frameon=False)
-    suffix = Path(file).suffix.lower()
+        legend_columns = max(1, round(4 * figure.get_figwidth() / 7.0))
+        figure.legend(loc="outside lower center", ncols=min(4, legend_columns), frameon=False)
+    file_suffix = Path(file).suffix.lower()
     with replace_file(Path(file)) as temporary, rc_context(EMBEDDED_FONTS):
-        figure.savefig(temporary, dpi=dpi, format=suffix[1:] if suffix in (".svg", ".pdf") else "png")
+        figure.savefig(temporary, dpi=dpi, format=file_suffix[1:] if file_suffix in (".svg", ".pdf") else "png")
 
 
 def save_drive(world: World, trail: np.ndarray, title: str, file: str | Path) -> None:
@@ -137,8 +137,8 @@ def write_png(world: World, scenario: Scenario, path: np.ndarray | None, title: 
         axis.plot(*path.T, color=PATH, linewidth=1.6, label="shortest path", zorder=2)
     for zone, layer in ((zone, meshes.LAYERS[meshes.name_zone_layer(zone)]) for zone in scenario.zones):
         is_known = layer.label in axis.get_legend_handles_labels()[1]
-        fill = {"facecolor": layer.color, "alpha": layer.opacity, "label": None if is_known else layer.label}
-        axis.fill(*np.transpose(zone.polygon), **fill, zorder=0.5)
+        zone_look = {"facecolor": layer.color, "alpha": layer.opacity, "label": None if is_known else layer.label}
+        axis.fill(*np.transpose(zone.polygon), **zone_look, zorder=0.5)
     draw_robot(axis, world.start, scenario.robot.shape, START, "start: the robot")
     draw_goal(axis, world.goal)
     if len(world.moving_obstacles):

@@ -52,10 +52,10 @@ def render_svg(figure: "Figure") -> str:
     """The figure as SVG text, reproducible."""
     from matplotlib import rc_context
 
-    file = io.StringIO()
+    svg_text = io.StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "starnav", "font.family": "sans-serif"}):
-        figure.savefig(file, format="svg", metadata={"Date": None})
-    return file.getvalue()
+        figure.savefig(svg_text, format="svg", metadata={"Date": None})
+    return svg_text.getvalue()
 
 
 def choose_style(methods: Sequence[str], method: str) -> dict[str, Any]:
@@ -92,32 +92,32 @@ def collect_figure_data(results: Results) -> list[dict[str, Any]]:
 def compute_success_points(results: Results) -> dict[tuple[str, str], Point]:
     """Return the success rate of each scenario and method with its 95 % Wilson interval, %."""
     return {
-        (s.scenario, s.method): Point(
-            100.0 * s.reached / s.trials,
-            100.0 * s.interval[0],
-            100.0 * s.interval[1],
-            f"{100.0 * s.reached / s.trials:.1f} %",
+        (summary.scenario, summary.method): Point(
+            100.0 * summary.reached / summary.trials,
+            100.0 * summary.interval[0],
+            100.0 * summary.interval[1],
+            f"{100.0 * summary.reached / summary.trials:.1f} %",
         )
-        for s in summarize_records(results.records)
-        if s.trials
+        for summary in summarize_records(results.records)
+        if summary.trials
     }
 
 
 def draw_success_figure(results: Results) -> "Figure":
     """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
     label, points = "reached the goal, % (95 % interval)", compute_success_points(results)
-    return _draw_panels(results, results.methods, points, label, limits=(-4.0, 104.0))
+    return _draw_panels(results, results.methods, points, label, axis_limits=(-4.0, 104.0))
 
 
 def compute_path_points(results: Results) -> dict[tuple[str, str], Point]:
     """Return the median of path over shortest path, where the goal was reached, with its exact interval."""
     points = {}
-    for pair, case in results.cases.items():
-        reached_records = [r for r in case if r["outcome"] == "reached" and r["shortest_path_m"]]
+    for pair, case_records in results.cases.items():
+        reached_records = [r for r in case_records if r["outcome"] == "reached" and r["shortest_path_m"]]
         if reached_records:
             ratios = [r["path_length_m"] / r["shortest_path_m"] for r in reached_records]
-            median = compute_median_interval(ratios)
-            points[pair] = Point(*median, f"{median.value:.3f}")
+            median_interval = compute_median_interval(ratios)
+            points[pair] = Point(*median_interval, f"{median_interval.value:.3f}")
     return points
 
 
@@ -125,16 +125,16 @@ def draw_path_figure(results: Results) -> "Figure | None":
     """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
     points = compute_path_points(results)
     label = "path / shortest path, median of the trials (95 % interval)"
-    return _draw_panels(results, results.methods, points, label, guide=1.0) if points else None
+    return _draw_panels(results, results.methods, points, label, guide_value=1.0) if points else None
 
 
 def compute_comparison_points(results: Results, reference: str, field: Compared) -> dict[tuple[str, str], Point]:
     """Return the median of each method's ratios to the reference, with its exact interval, %."""
     points = {}
     for (scenario, method), case in results.cases.items():
-        ratio = getattr(compare_trials(case, results.of(scenario, reference)), field)
-        if ratio is not None and method != reference:
-            value, low, high = (100.0 * x for x in ratio.median)
+        paired_ratio = getattr(compare_trials(case, results.of(scenario, reference)), field)
+        if paired_ratio is not None and method != reference:
+            value, low, high = (100.0 * x for x in paired_ratio.median)
             points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
     return points
 
@@ -144,7 +144,7 @@ def draw_comparison_figure(results: Results, reference: str, field: Compared, la
     points = compute_comparison_points(results, reference, field)
     others = [method for method in results.methods if method != reference]
     label = f"{label}, % of {reference}'s, median of the trials (95 % interval)"
-    return _draw_panels(results, others, points, label, guide=100.0) if points else None
+    return _draw_panels(results, others, points, label, guide_value=100.0) if points else None
 
 
 def _draw_panels(
@@ -153,14 +153,14 @@ def _draw_panels(
     points: dict[tuple[str, str], Point],
     label: str,
     *,
-    limits: tuple[float, float] | None = None,
-    guide: float | None = None,
+    axis_limits: tuple[float, float] | None = None,
+    guide_value: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
     rows = math.ceil(len(results.scenarios) / 4)
     columns = math.ceil(len(results.scenarios) / rows)
     figure = make_figure(rows * (0.95 + 0.38 * len(methods)))
-    grid = figure.subplots(rows, columns, sharey=True, sharex=limits is not None, squeeze=False)
+    grid = figure.subplots(rows, columns, sharey=True, sharex=axis_limits is not None, squeeze=False)
     figure.supxlabel(label, fontsize=10)
     for axes in grid.flat[len(results.scenarios) :]:
         axes.set_axis_off()
@@ -170,10 +170,10 @@ def _draw_panels(
         shown_points = {y: points[scenario, m] for y, m in enumerate(methods) if (scenario, m) in points}
         for y, point in shown_points.items():
             _draw_point(axes, point, y, choose_style(results.methods, methods[y]))
-        if guide is not None:
-            axes.axvline(guide, color="0.6", linewidth=0.8, zorder=0)
-        if limits is not None:
-            axes.set_xlim(*limits)
+        if guide_value is not None:
+            axes.axvline(guide_value, color="0.6", linewidth=0.8, zorder=0)
+        if axis_limits is not None:
+            axes.set_xlim(*axis_limits)
         else:
             axes.margins(x=0.12)
         for y, point in shown_points.items():
@@ -193,10 +193,10 @@ def _draw_point(axes: "Axes", point: Point, y: float, style: dict[str, Any]) -> 
 
 def _label_point(axes: "Axes", point: Point, y: float) -> None:
     """Write a point's number above it, inside the axes, whose limits are final."""
-    low, high = axes.get_xlim()
-    share = (point.value - low) / (high - low)
-    side = "left" if share < 0.2 else "right" if share > 0.8 else "center"
-    axes.annotate(point.text, (point.value, y), (0, 4), textcoords="offset points", ha=side, fontsize=8.5)
+    axis_start, axis_end = axes.get_xlim()
+    axis_share = (point.value - axis_start) / (axis_end - axis_start)
+    text_side = "left" if axis_share < 0.2 else "right" if axis_share > 0.8 else "center"
+    axes.annotate(point.text, (point.value, y), (0, 4), textcoords="offset points", ha=text_side, fontsize=8.5)
 
 
 def compute_detour(record: Record) -> float | None:
@@ -253,32 +253,32 @@ def compute_difficulty_points(
 
     A bin lies where its median is, of all methods' trials.
     """
-    edges, points = compute_difficulty_edges(results.records, measure), []
+    bin_edges, points = compute_difficulty_edges(results.records, measure), []
     known_records = [(r["method"], measure(r), r["outcome"] == "reached") for r in results.records]
     known_records = [each for each in known_records if each[1] is not None]
     values = np.array([value for _, value, _ in known_records], dtype=float)
-    bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    record_bins = np.clip(np.searchsorted(bin_edges, values, side="right") - 1, 0, len(bin_edges) - 2)
     for method in results.methods:
-        for b in range(len(edges) - 1):
+        for b in range(len(bin_edges) - 1):
             reached_flags = [
-                each[2] for each, own in zip(known_records, bins, strict=True) if own == b and each[0] == method
+                each[2] for each, own in zip(known_records, record_bins, strict=True) if own == b and each[0] == method
             ]
             if reached_flags:
-                n, m = sum(reached_flags), len(reached_flags)
-                low, high = compute_wilson_interval(n, m)
-                point = Point(100.0 * n / m, 100.0 * low, 100.0 * high, f"{n} of {m}")
-                points.append((method, float(np.median(values[bins == b])), point))
+                reached_count, m = sum(reached_flags), len(reached_flags)
+                low, high = compute_wilson_interval(reached_count, m)
+                point = Point(100.0 * reached_count / m, 100.0 * low, 100.0 * high, f"{reached_count} of {m}")
+                points.append((method, float(np.median(values[record_bins == b])), point))
     return points
 
 
 def compute_difficulty_edges(records: Sequence[Record], measure: Callable[[Record], float | None]) -> np.ndarray:
     """Edges of bins with about equally many worlds, shape (k + 1,), ascending; empty if no record has the data."""
-    worlds = {(r["scenario"], r["trial"]): measure(r) for r in records if measure(r) is not None}
-    values = np.array(sorted(value for value in worlds.values() if value is not None))
+    world_difficulties = {(r["scenario"], r["trial"]): measure(r) for r in records if measure(r) is not None}
+    values = np.array(sorted(value for value in world_difficulties.values() if value is not None))
     if len(values) == 0 or values[0] == values[-1]:
         return np.zeros(0)
-    bins = min(BINS, max(1, len(values) // LEAST_IN_BIN))
-    return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
+    bin_count = min(BINS, max(1, len(values) // LEAST_IN_BIN))
+    return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bin_count + 1)))
 
 
 def draw_trajectory_figure(results: Results, scenario: str, count: int) -> "Figure | None":

@@ -110,8 +110,8 @@ def load_template() -> "Template":
         from jinja2 import Environment, FileSystemLoader
     except ImportError:
         raise StarnavError("jinja2 is not installed; allowed: pip install 'drake-starnav[report]'") from None
-    loader = FileSystemLoader(Path(__file__).parent)
-    environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    template_loader = FileSystemLoader(Path(__file__).parent)
+    environment = Environment(loader=template_loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.globals["numeric"] = find_numeric_columns
     return environment.get_template("page.html")
 

@@ -55,13 +55,13 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         StarnavError: the file cannot be read, has no trial in this line, from 1, or has several and no line is given.
     """
     try:
-        single = json.loads(read_text(path))
+        single_trial = json.loads(read_text(path))
     except ValueError:
-        single = None
-    if isinstance(single, dict) and "cases" not in single:
-        if missing := [name for name in ("scenario", "method", "seed") if name not in single]:
+        single_trial = None
+    if isinstance(single_trial, dict) and "cases" not in single_trial:
+        if missing := [name for name in ("scenario", "method", "seed") if name not in single_trial]:
             raise StarnavError(f"{path} has no {missing[0]}; allowed: as `simulate --json` writes it")
-        return single
+        return single_trial
     header, records = read_trials(path)
     if line is None and len(records) == 1:
         line = 2
@@ -69,8 +69,8 @@ def read_trial(path: Path, line: int | None = None) -> dict[str, Any]:
         line_text = "which trial is not said" if line is None else f"there is no trial in line {line}"
         raise StarnavError(f"{path}: {line_text}; allowed: --line 2 to --line {len(records) + 1}")
     chosen = records[line - 2]
-    texts = {(case["scenario"], case["method"]): case["text"] for case in header["cases"]}
-    return {**chosen, "text": texts[chosen["scenario"], chosen["method"]]}
+    scenario_texts = {(case["scenario"], case["method"]): case["text"] for case in header["cases"]}
+    return {**chosen, "text": scenario_texts[chosen["scenario"], chosen["method"]]}
 
 
 def record_chosen(
@@ -91,13 +91,13 @@ def record_chosen(
         progress: called after each trial with the number done and the number of all.
     """
     recordings = list(chosen)
-    counts: dict[tuple[str, str], int] = {}
+    failure_counts: dict[tuple[str, str], int] = {}
     wanted_trials = {}
     for k, recording in enumerate(chosen):
         key = recording.record["scenario"], recording.record["method"]
         if recording.record["outcome"] != "reached":
-            counts[key] = counts.get(key, 0) + 1
-        if recording.record["outcome"] == "reached" or counts[key] <= failures:
+            failure_counts[key] = failure_counts.get(key, 0) + 1
+        if recording.record["outcome"] == "reached" or failure_counts[key] <= failures:
             wanted_trials[k] = make_page_name(recording.record)
     if not wanted_trials:
         return recordings
@@ -110,8 +110,8 @@ def record_chosen(
         for done, future in enumerate(as_completed(futures), start=1):
             k = futures[future]
             remark = future.result() if future.exception() is None else "not recorded: a worker process died"
-            file = f"{folder.name}/{wanted_trials[k]}" if (folder / wanted_trials[k]).is_file() else ""
-            recordings[k] = replace(chosen[k], file=file, remark=remark)
+            recorded_file = f"{folder.name}/{wanted_trials[k]}" if (folder / wanted_trials[k]).is_file() else ""
+            recordings[k] = replace(chosen[k], file=recorded_file, remark=remark)
             if progress is not None:
                 progress(done, len(futures))
     return recordings

@@ -86,20 +86,20 @@ class Results:
         header, case = self._find_origin(record)
         name = record["scenario"]
         source = case.get("source") or (name if name in list_scenario_names() else f"{name}.yaml")
-        parts = [source, "--method", _describe_driver(case), "--seed", str(record["seed"])]
-        parts += [part for override in header["overrides"] for part in ("--set", override)]
+        command_parts = [source, "--method", _describe_driver(case), "--seed", str(record["seed"])]
+        command_parts += [part for override in header["overrides"] for part in ("--set", override)]
         if "world" in record:
-            parts += ["--set", f"world.id={record['world']}"]
-        parts += ["--html", f"out/{make_page_name(record)}"]
+            command_parts += ["--set", f"world.id={record['world']}"]
+        command_parts += ["--html", f"out/{make_page_name(record)}"]
         program, _, typed_arguments = header.get("command", "").partition(" benchmark ")
-        return f"{program if typed_arguments else 'starnav'} simulate {shlex.join(parts)}"
+        return f"{program if typed_arguments else 'starnav'} simulate {shlex.join(command_parts)}"
 
 
 def make_page_name(record: Record) -> str:
     """The file name of a trial's recording, of plain characters."""
     name, method, trial = make_record_key(record)
-    plain, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
-    return f"{plain}_{method}_{trial}.html"
+    plain_name, method = (re.sub(r"[^\w-]+", "_", text)[:60] for text in (name, method))
+    return f"{plain_name}_{method}_{trial}.html"
 
 
 def make_results(headers: Sequence[Header], records: Sequence[Record], references: Sequence[str] = ()) -> Results:
@@ -112,8 +112,8 @@ def make_results(headers: Sequence[Header], records: Sequence[Record], reference
     for name in references:
         if name not in results.methods:
             raise unknown_name(f"--reference {shown(name)}", name, results.methods)
-    order = {key: k for k, key in enumerate((s, m) for s in results.scenarios for m in results.methods)}
-    ranked_records = sorted(records, key=lambda r: (order[r["scenario"], r["method"]], r["trial"]))
+    case_order = {key: k for k, key in enumerate((s, m) for s in results.scenarios for m in results.methods)}
+    ranked_records = sorted(records, key=lambda r: (case_order[r["scenario"], r["method"]], r["trial"]))
     return Results(results.headers, tuple(ranked_records), results.given_references)
 
 
@@ -129,11 +129,11 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
     """
     headers: list[Header] = []
     records: list[Record] = []
-    origin: dict[tuple[str, str], Path] = {}
+    case_files: dict[tuple[str, str], Path] = {}
     tasks: dict[str, tuple[Path, dict[str, Any]]] = {}
-    files = [read_trials(path) for path in paths]
-    settings = _find_settings([header for header, _ in files])
-    for path, (header, found_records), setting in zip(paths, files, settings, strict=True):
+    trial_files = [read_trials(path) for path in paths]
+    file_settings = _find_settings([header for header, _ in trial_files])
+    for path, (header, found_records), setting in zip(paths, trial_files, file_settings, strict=True):
         if setting:
             header = {**header, "cases": [_rename_method(case, setting) for case in header["cases"]]}
             found_records = [_rename_method(record, setting) for record in found_records]
@@ -144,11 +144,11 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
             )
         for case in header["cases"]:
             name = case["scenario"], case["method"]
-            if name in origin:
-                raise StarnavError(f"{path} has {' '.join(name)}, and so has {origin[name]}; allowed: each once")
-            origin[name], task = path, _describe_task(case, header, compares_settings=any(settings))
-            first, other = tasks.setdefault(name[0], (path, task))
-            if changed_keys := [key for key in task if task[key] != other[key]]:
+            if name in case_files:
+                raise StarnavError(f"{path} has {' '.join(name)}, and so has {case_files[name]}; allowed: each once")
+            case_files[name], task = path, _describe_task(case, header, compares_settings=any(file_settings))
+            first, first_task = tasks.setdefault(name[0], (path, task))
+            if changed_keys := [key for key in task if task[key] != first_task[key]]:
                 raise StarnavError(
                     f"{first} and {path} have other {', '.join(changed_keys)} in scenario {name[0]}; allowed: the same "
                     "worlds, robot and simulation for all methods, as else their trials are not comparable"
@@ -162,11 +162,11 @@ def read_results(paths: Sequence[Path], references: Sequence[str] = ()) -> Resul
 
 def _find_settings(headers: Sequence[Header]) -> list[str]:
     """The overrides in which each file differs from the others; empty where no two have the same case."""
-    pairs = [{(case["scenario"], case["method"]) for case in header["cases"]} for header in headers]
-    if sum(map(len, pairs)) == len(set().union(*pairs)):
+    case_pairs = [{(case["scenario"], case["method"]) for case in header["cases"]} for header in headers]
+    if sum(map(len, case_pairs)) == len(set().union(*case_pairs)):
         return [""] * len(headers)
-    common = set.intersection(*(set(header["overrides"]) for header in headers))
-    return [" ".join(each for each in header["overrides"] if each not in common) for header in headers]
+    common_overrides = set.intersection(*(set(header["overrides"]) for header in headers))
+    return [" ".join(each for each in header["overrides"] if each not in common_overrides) for header in headers]
 
 
 def _rename_method(entry: dict[str, Any], setting: str) -> dict[str, Any]:

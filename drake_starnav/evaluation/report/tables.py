@@ -75,46 +75,46 @@ def format_tables_markdown(results: Results) -> str:
 
 def format_summary_csv(results: Results) -> str:
     """One line for each scenario, each of its robots, and each method, with every figure at full precision."""
-    rows = []
+    summary_rows = []
     further = list_further_figures(results.records)
     summaries = summarize_records(split_by_robot(results.records))
     failures = dict.fromkeys(name for summary in summaries for name in summary.failures)
     for summary in summaries:
-        row: dict[str, Any] = {}
+        summary_row: dict[str, Any] = {}
         for name, value in asdict(summary).items():
-            row |= {name: value.get(name, 0) for name in failures} if isinstance(value, dict) else {name: value}
-        row["success_low"], row["success_high"] = row.pop("interval")
+            summary_row |= {name: value.get(name, 0) for name in failures} if isinstance(value, dict) else {name: value}
+        summary_row["success_low"], summary_row["success_high"] = summary_row.pop("interval")
         case = results.of(summary.scenario, summary.method)
-        row |= {name: compute_mean(case, name) for name in further if name not in row}
+        summary_row |= {name: compute_mean(case, name) for name in further if name not in summary_row}
         for reference in results.references:
-            row |= _list_comparison_figures(case, results.of(summary.scenario, reference), reference)
-        rows.append(row)
-    return format_csv(rows)
+            summary_row |= _list_comparison_figures(case, results.of(summary.scenario, reference), reference)
+        summary_rows.append(summary_row)
+    return format_csv(summary_rows)
 
 
 def format_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     """Rows as CSV, with a column for each name that any of them has; a value that is missing or NaN is empty."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
-    writer.writerow(names)
+    column_names = list(dict.fromkeys(name for row in rows for name in row))
+    csv_text = io.StringIO()
+    writer = csv.writer(csv_text, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
+    writer.writerow(column_names)
     known_rows = ({name: value for name, value in row.items() if value == value} for row in rows)  # NaN is not itself
-    writer.writerows([row.get(name, "") for name in names] for row in known_rows)
-    return text.getvalue()
+    writer.writerows([row.get(name, "") for name in column_names] for row in known_rows)
+    return csv_text.getvalue()
 
 
 def _list_comparison_figures(case: Sequence[Record], others: Sequence[Record], reference: str) -> dict[str, Any]:
     """The figures of a comparison as columns of the CSV."""
-    pair = compare_trials(case, others)
-    figures: dict[str, Any] = {"both_reached": pair.trials}
-    for name, ratio in (("time", pair.time), ("path", pair.path)):
+    comparison = compare_trials(case, others)
+    figures: dict[str, Any] = {"both_reached": comparison.trials}
+    for name, ratio in (("time", comparison.time), ("path", comparison.path)):
         if ratio is not None:
-            value, low, high = ratio.median
-            figures |= {f"{name}_ratio_mean": ratio.mean, f"{name}_ratio_median": value}
-            figures |= {f"{name}_ratio_median_low": low, f"{name}_ratio_median_high": high}
+            median_ratio, interval_start, interval_end = ratio.median
+            figures |= {f"{name}_ratio_mean": ratio.mean, f"{name}_ratio_median": median_ratio}
+            figures |= {f"{name}_ratio_median_low": interval_start, f"{name}_ratio_median_high": interval_end}
             figures[f"{name}_ratio_of_sums"] = ratio.of_sums
-    figures |= {"reached_alone": pair.reached_alone, "other_reached_alone": pair.other_reached_alone}
-    figures["success_p_value"] = pair.success_p_value
+    figures |= {"reached_alone": comparison.reached_alone, "other_reached_alone": comparison.other_reached_alone}
+    figures["success_p_value"] = comparison.success_p_value
     return {f"{name}_to_{reference}": figure for name, figure in figures.items()}
 
 
@@ -162,10 +162,10 @@ def format_ratio_cells(ratio: PairedRatio | None) -> tuple[str, str, str]:
     """Mean, median with its 95 % interval if there is one, and ratio of sums, in per cent."""
     if ratio is None:
         return "-", "-", "-"
-    value, low, high = ratio.median
-    interval = "" if math.isnan(low) else f" ({format_number(low, 1, 100.0)} to {format_number(high, 1, 100.0)})"
+    median_ratio, low, high = ratio.median
+    interval_text = "" if math.isnan(low) else f" ({format_number(low, 1, 100.0)} to {format_number(high, 1, 100.0)})"
     return (
         format_number(ratio.mean, 1, 100.0),
-        format_number(value, 1, 100.0) + interval,
+        format_number(median_ratio, 1, 100.0) + interval_text,
         format_number(ratio.of_sums, 1, 100.0),
     )
