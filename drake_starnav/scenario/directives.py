@@ -59,24 +59,24 @@ def make_files_absolute(directives: Any, folder: Path) -> Any:
 
     What is neither stays as it is, and so does a text without such paths.
     """
-    entries = directives
+    directive_entries = directives
     if isinstance(directives, str) and "\n" in directives:
         try:
-            entries = load_yaml(directives, "directives", Loader)["directives"]
+            directive_entries = load_yaml(directives, "directives", Loader)["directives"]
         except (StarnavError, TypeError, KeyError):  # Drake says what is wrong
             return directives
     found_files = [
         entry[kind]
-        for entry in (entries if isinstance(entries, list) else [])
+        for entry in (directive_entries if isinstance(directive_entries, list) else [])
         if isinstance(entry, dict)
         for kind in ("add_model", "add_directives")
         if isinstance(entry.get(kind), dict)
     ]
-    relative = [part for part in found_files if isinstance(part.get("file"), str) and "://" not in part["file"]]
-    for part in relative:
+    relative_parts = [part for part in found_files if isinstance(part.get("file"), str) and "://" not in part["file"]]
+    for part in relative_parts:
         _make_absolute(part, "directives", "file", folder)
         part["file"] = f"file://{part['file']}"
-    return format_directives(entries) if relative else directives
+    return format_directives(directive_entries) if relative_parts else directives
 
 
 def format_directives(directives: list[Any]) -> str:
@@ -85,21 +85,21 @@ def format_directives(directives: list[Any]) -> str:
 
 
 def _make_absolute(mapping: Any, section: str, key: str, folder: Path) -> None:
-    value = mapping.get(key)
-    if isinstance(value, str) and value and "://" not in value and "\n" not in value:
+    path_text = mapping.get(key)
+    if isinstance(path_text, str) and path_text and "://" not in path_text and "\n" not in path_text:
         try:
-            mapping[key] = str((folder / Path(value).expanduser()).resolve())
+            mapping[key] = str((folder / Path(path_text).expanduser()).resolve())
         except (OSError, RuntimeError, ValueError) as error:  # a loop of links, nobody's home, a null byte
             raise StarnavError(
-                f"{section}.{key} is {shown(value)} ({extract_reason(error)}); allowed: the path of a file"
+                f"{section}.{key} is {shown(path_text)} ({extract_reason(error)}); allowed: the path of a file"
             ) from None
 
 
 def find_limits_file(model: str) -> Path | None:
     """The file `X.yaml` beside the `X.urdf` or `X.urdf.xacro` of `robot.model`, if there is one."""
-    own = model.endswith(MODEL_FILES)
-    path = Path(model) if own else find_model_path("robots", model)
-    neighbour_file = path.with_name(f"{path.name.partition('.')[0] if own else path.name}.yaml")
+    is_own_model = model.endswith(MODEL_FILES)
+    path = Path(model) if is_own_model else find_model_path("robots", model)
+    neighbour_file = path.with_name(f"{path.name.partition('.')[0] if is_own_model else path.name}.yaml")
     return neighbour_file if neighbour_file.is_file() else None
 
 
@@ -114,15 +114,15 @@ def read_model_sections(model: str, sections: Mapping[str, Any]) -> dict[str, An
     path = find_limits_file(model)
     if path is None:
         return {}
-    content = load_yaml(read_text(path, f"{path} beside robot.model"), str(path), Loader)
-    if not isinstance(content, dict):
+    file_content = load_yaml(read_text(path, f"{path} beside robot.model"), str(path), Loader)
+    if not isinstance(file_content, dict):
         return {}
-    model_sections: dict[str, Any] = {"lidars": content["lidars"]} if "lidars" in content else {}
+    model_sections: dict[str, Any] = {"lidars": file_content["lidars"]} if "lidars" in file_content else {}
     for name in SAID:
-        part, own = content.get(name) or {}, sections.get(name)
-        if not isinstance(part, dict):
-            raise StarnavError(f"{path}: {name} is {shown(part)}; allowed: a mapping, as in a scenario")
-        model_sections[name] = {key: value for key, value in lay_beneath(part, own).items() if key != "model"}
+        model_section, own = file_content.get(name) or {}, sections.get(name)
+        if not isinstance(model_section, dict):
+            raise StarnavError(f"{path}: {name} is {shown(model_section)}; allowed: a mapping, as in a scenario")
+        model_sections[name] = {key: value for key, value in lay_beneath(model_section, own).items() if key != "model"}
     return model_sections
 
 

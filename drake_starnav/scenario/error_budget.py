@@ -172,11 +172,11 @@ def evaluate_error_budget(
     scenario: Scenario, mount: Mount = ON_AXIS, lidar: LidarParameters | None = None
 ) -> ErrorBudget:
     """The formulas, evaluated for what a scenario declares, and for one of its lidars; None: for `lidar`."""
-    symbols, terms = _CODES
+    symbols, term_codes = _CODES
     known_symbols = {"__builtins__": {"max": max, "min": min, "floor": math.floor}, **vars(scenario), "mount": mount}
     known_symbols["lidar"] = lidar or scenario.lidar
     for name, code in symbols.items():
         known_symbols[name] = eval(code, known_symbols)
     return ErrorBudget(
-        {name: known_symbols[name] for name in symbols}, tuple(float(eval(code, known_symbols)) for code in terms)
+        {name: known_symbols[name] for name in symbols}, tuple(float(eval(code, known_symbols)) for code in term_codes)
     )

@@ -72,11 +72,11 @@ def derive_margins(scenario: Scenario, mounts: Sequence[Mount] = ()) -> Margins:
 
 def _derive_view_retention(scenario: Scenario, symbols: Mapping[str, float]) -> ViewRetention:
     """Return which past views count: those that the `error_budget` allows for, where the pose errs with way or time."""
-    oldest_age, exact = symbols["M"] - symbols["T"], scenario.localization
-    drift_time = oldest_age if exact.drift > 0.0 else math.inf
+    oldest_age, localization = symbols["M"] - symbols["T"], scenario.localization
+    drift_time = oldest_age if localization.drift > 0.0 else math.inf
     return ViewRetention(
         way=symbols["v"] * drift_time,
         turn=symbols["w"] * drift_time,
-        age=oldest_age if exact.jump > 0.0 else math.inf,
+        age=oldest_age if localization.jump > 0.0 else math.inf,
         range_error=NOISE_SHARE * max(lidar.noise for lidar in scenario.all_lidars),
     )

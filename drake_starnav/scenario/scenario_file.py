@@ -87,14 +87,14 @@ def parse_scenario(
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
-    robots = _make_robot_scenarios(sections, name, place, method)
-    if robots:
-        world, (start, goal) = sections.get("world"), (robots[0].start, robots[0].goals[-1][:2])
+    robot_scenarios = _make_robot_scenarios(sections, name, place, method)
+    if robot_scenarios:
+        world, (start, goal) = sections.get("world"), (robot_scenarios[0].start, robot_scenarios[0].goals[-1][:2])
         if isinstance(world, Tagged) and world.tag in GIVEN_ENDS:
             sections["world"] = format_section({"start": list(start or ()), "goal": list(goal), **world}, world.tag)
     scenario = _make_scenario(sections, name, place, method)
-    shared_robots = [dataclasses.replace(robot, world=scenario.world) for robot in robots]
-    return dataclasses.replace(scenario, robots=tuple(shared_robots)) if robots else scenario
+    shared_robots = [dataclasses.replace(robot, world=scenario.world) for robot in robot_scenarios]
+    return dataclasses.replace(scenario, robots=tuple(shared_robots)) if robot_scenarios else scenario
 
 
 def _make_scenario(sections: dict[str, Any], name: str, place: str, method: str) -> Scenario:
@@ -137,12 +137,12 @@ def _make_robot_scenarios(sections: dict[str, Any], name: str, place: str, metho
         (x, y, yaw), goals = check_numbers(own.pop("start"), f"{at}.start", ("x", "y", "yaw")), own.pop("goals", None)
         goals = [own.pop("goal")] if goals is None else goals
         parts = {key: own.pop(key) for key in ("lidar", "lidars") if key in own}
-        common = sections.get("robot")
-        model = Path(str({**(common or {}), **own}.get("model", "starbot"))).stem
+        common_robot = sections.get("robot")
+        model = Path(str({**(common_robot or {}), **own}.get("model", "starbot"))).stem
         robot_name = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
         if not isinstance(robot_name, str) or not robot_name or re.search(NOT_IN_NAMES, robot_name):
             raise StarnavError(f"{at}.name is {shown(robot_name)}; allowed: a text of letters, digits, _, - and .")
-        own = {**sections, **parts, "robot": {**directives.lay_beneath(common, own), **own}, "goals": goals}
+        own = {**sections, **parts, "robot": {**directives.lay_beneath(common_robot, own), **own}, "goals": goals}
         try:
             robot = _make_scenario(own, robot_name, place, method)
         except StarnavError as error:
@@ -176,8 +176,8 @@ def format_scenario(scenario: Scenario) -> str:
     if scenario.world is not None:
         kind = type(scenario.world)
         is_shipped = kind.__module__.startswith("drake_starnav.")  # another is found by its module, also by workers
-        tag = kind.__name__ if is_shipped else f"{kind.__module__}:{kind.__qualname__}"
-        sections["world"] = format_section(_list_declared(scenario.world), tag)
+        world_tag = kind.__name__ if is_shipped else f"{kind.__module__}:{kind.__qualname__}"
+        sections["world"] = format_section(_list_declared(scenario.world), world_tag)
     sections |= {key: format_section(_list_declared(getattr(scenario, key))) for key in SECTIONS}
     if scenario.lidars:
         sections["lidars"] = [format_section(_list_declared(each)) for each in scenario.lidars]
@@ -225,23 +225,23 @@ def _read_goals(entries: Any) -> tuple[tuple[float, ...], ...]:
 def _read_zones(entries: Any) -> tuple[Any, ...]:
     if entries is None:
         return ()
-    tags = ", ".join(f"!{name}" for name in ZONE_KINDS)
+    zone_tags = ", ".join(f"!{name}" for name in ZONE_KINDS)
     if not isinstance(entries, list):
-        raise StarnavError(f"zones is {shown(entries)}; allowed: a list of mappings tagged {tags}")
+        raise StarnavError(f"zones is {shown(entries)}; allowed: a list of mappings tagged {zone_tags}")
     zones = []
     for k, entry in enumerate(entries):
-        kind = ZONE_KINDS.get(getattr(entry, "tag", ""))
-        if kind is None:
-            raise StarnavError(f"zones[{k}] is {shown(entry)}; allowed: a mapping tagged {tags}")
-        names = [field.name for field in dataclasses.fields(kind)]
+        zone_kind = ZONE_KINDS.get(getattr(entry, "tag", ""))
+        if zone_kind is None:
+            raise StarnavError(f"zones[{k}] is {shown(entry)}; allowed: a mapping tagged {zone_tags}")
+        field_names = [field.name for field in dataclasses.fields(zone_kind)]
         for key in entry:
-            if key not in names:
-                raise unknown_name(f"key {key} in zones[{k}]", str(key), names)
-        needed_fields = [each.name for each in dataclasses.fields(kind) if each.default is dataclasses.MISSING]
+            if key not in field_names:
+                raise unknown_name(f"key {key} in zones[{k}]", str(key), field_names)
+        needed_fields = [each.name for each in dataclasses.fields(zone_kind) if each.default is dataclasses.MISSING]
         if missing := [name for name in needed_fields if name not in entry]:
-            raise StarnavError(f"zones[{k}] has no {missing[0]}; allowed: {', '.join(names)}")
+            raise StarnavError(f"zones[{k}] has no {missing[0]}; allowed: {', '.join(field_names)}")
         try:
-            zones.append(kind(**{"name": f"zones[{k}]", **entry}))
+            zones.append(zone_kind(**{"name": f"zones[{k}]", **entry}))
         except StarnavError as error:
             raise StarnavError(f"zones[{k}]: {error}") from None
     return tuple(zones)
@@ -262,22 +262,22 @@ def _list_declared(part: Any) -> dict[str, Any]:
 
 
 def _read_override(sections: dict[str, Any], text: str) -> None:
-    key, separator, value = text.partition("=")
-    names = key.split(".")
-    if key not in LISTS and (not separator or len(names) != 2 or not all(names)):
+    key, separator, value_text = text.partition("=")
+    key_parts = key.split(".")
+    if key not in LISTS and (not separator or len(key_parts) != 2 or not all(key_parts)):
         matching_keys = [
             f"{part}.{each.name}" for part, kind in SECTIONS.items() for each in declared(kind) if each.name == key
         ]
-        meant = f": did you mean {' or '.join(matching_keys)}?" if matching_keys else ";"
+        hint_text = f": did you mean {' or '.join(matching_keys)}?" if matching_keys else ";"
         raise StarnavError(
-            f"override {shown(text)}{meant} allowed: section.key=value, e.g. robot.radius=0.3, or a list: "
+            f"override {shown(text)}{hint_text} allowed: section.key=value, e.g. robot.radius=0.3, or a list: "
             f"{', '.join(LISTS)}"
         )
-    part = names[0]
+    part = key_parts[0]
     if part not in KEYS:
         raise unknown_name(f"key {key}", part, KEYS)
     try:
-        parsed_value = load_yaml(value, key, Loader)
+        parsed_value = load_yaml(value_text, key, Loader)
     except StarnavError:
         raise StarnavError(
             f"override {shown(text)}: the value is not valid YAML; allowed: e.g. robot.radius=0.3"
@@ -287,21 +287,21 @@ def _read_override(sections: dict[str, Any], text: str) -> None:
         return
     if not isinstance(sections.get(part), dict):
         sections[part] = {}
-    sections[part][names[1]] = parsed_value
+    sections[part][key_parts[1]] = parsed_value
 
 
 def _read_world(mapping: Any, place: str) -> Any:
     if mapping is None:  # of a robot that is not simulated
         return None
     if not isinstance(mapping, Tagged):
-        tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
-        raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {tags}")
+        world_tags = ", ".join(f"!{name}" for name in WORLD_KINDS)
+        raise StarnavError(f"world in {place} is {shown(mapping)}; allowed: a mapping tagged {world_tags}")
     kind = import_named("world", mapping.tag) if ":" in mapping.tag else WORLD_KINDS.get(mapping.tag)
     if kind is None:
         raise unknown_name(f"world !{mapping.tag} in {place}", mapping.tag, (*WORLD_KINDS, "module:class"))
     if not is_world_kind(kind):
         raise StarnavError(f"world !{mapping.tag} in {place} is {shown(kind)}; allowed: a dataclass with a method make")
-    values = dict(mapping)
-    if mapping.tag == Model.__name__ and isinstance(values.get("directives"), list):
-        values["directives"] = directives.format_directives(values["directives"])
-    return build(kind, values, "world")
+    world_values = dict(mapping)
+    if mapping.tag == Model.__name__ and isinstance(world_values.get("directives"), list):
+        world_values["directives"] = directives.format_directives(world_values["directives"])
+    return build(kind, world_values, "world")

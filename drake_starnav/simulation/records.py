@@ -47,11 +47,11 @@ def make_robots_record(trials: Sequence[RobotTrial]) -> dict[str, Any]:
     least of all, `state_hash` is of all, and `robots` holds the record of each.
     """
     each = [{"robot": robot.robot, "min_gap_m": robot.min_gap_m, **make_trial_record(robot.trial)} for robot in trials]
-    rank = {outcome: number for number, outcome in enumerate(reversed(DECIDES), start=1)}
-    decides = max(trials, key=lambda robot: (rank.get(robot.trial.outcome, 0), robot.trial.time_s)).trial
-    states = hashlib.sha256("".join(robot.trial.state_hash for robot in trials).encode()).hexdigest()
-    gap = min(robot.min_gap_m for robot in trials)
-    return {**make_trial_record(decides), "min_gap_m": gap, "state_hash": states, "robots": each}
+    outcome_ranks = {outcome: number for number, outcome in enumerate(reversed(DECIDES), start=1)}
+    decides = max(trials, key=lambda robot: (outcome_ranks.get(robot.trial.outcome, 0), robot.trial.time_s)).trial
+    state_hashes = hashlib.sha256("".join(robot.trial.state_hash for robot in trials).encode()).hexdigest()
+    least_gap = min(robot.min_gap_m for robot in trials)
+    return {**make_trial_record(decides), "min_gap_m": least_gap, "state_hash": state_hashes, "robots": each}
 
 
 def record_robots(

@@ -204,11 +204,11 @@ def make_worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     robots = scenario.robots
     if not robots:
         raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
-    shape, goals = robots[0].robot.shape, robots[0].goals  # a world that is given has its start and its goal
+    common_shape, goals = robots[0].robot.shape, robots[0].goals  # a world that is given has its start and its goal
     if not isinstance(scenario.world, GIVEN):
-        shape, goals = disc(max(each.robot.radius for each in robots)), ()
+        common_shape, goals = disc(max(each.robot.radius for each in robots)), ()
     made_worlds = [
-        make_world_with_footprints(scenario.world, seed, shape, goals, functools.partial(body_top, each))
+        make_world_with_footprints(scenario.world, seed, common_shape, goals, functools.partial(body_top, each))
         for each in robots
     ]
     _check_ends(robots, made_worlds)
@@ -223,19 +223,19 @@ def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
     for each, world in zip(robots, worlds, strict=True):
         check_free(world, each.start or (0.0, 0.0, 0.0), each.robot.shape, f"robot {each.name}: start")
     for a, b in itertools.combinations(robots, 2):
-        for what, one, other in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
-            if is_overlapping(*_cover_place(a, one or ()), *_cover_place(b, other or ())):
-                distance = math.dist((one or ())[:2], (other or ())[:2])
+        for end_name, place_a, place_b in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
+            if is_overlapping(*_cover_place(a, place_a or ()), *_cover_place(b, place_b or ())):
+                distance = math.dist((place_a or ())[:2], (place_b or ())[:2])
                 raise StarnavError(
-                    f"{what} of {a.name} and {b.name} are {distance:.3g} m apart; "
+                    f"{end_name} of {a.name} and {b.name} are {distance:.3g} m apart; "
                     "allowed: where their footprints do not touch"
                 )
 
 
 def _cover_place(robot: Scenario, place: Sequence[float]) -> tuple[Footprint, np.ndarray]:
     """What a robot covers at a place (x, y, yaw), or may cover at one (x, y), and its pose."""
-    x, y, *yaw = place
-    return robot.robot.shape if yaw else disc(robot.robot.radius), np.array((x, y, *(yaw or (0.0,))))
+    x, y, *heading = place
+    return robot.robot.shape if heading else disc(robot.robot.radius), np.array((x, y, *(heading or (0.0,))))
 
 
 def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:

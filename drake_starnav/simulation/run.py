@@ -173,16 +173,16 @@ def _simulate(
 
 def _write_states(path: Path, run: Run, clearances: np.ndarray) -> None:
     """Write time, state and clearance of the footprint at each step of the plant as CSV."""
-    rows = np.column_stack((run.times, run.driven, clearances))
-    lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in rows)]
-    write_text(path, "\n".join(lines) + "\n")
+    state_rows = np.column_stack((run.times, run.driven, clearances))
+    csv_lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in state_rows)]
+    write_text(path, "\n".join(csv_lines) + "\n")
 
 
 def read_run(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
     """What a simulation leaves of a robot, by the log of its states, why the run ended and how long it took, s."""
     context = simulator.get_context()
-    record, station = log.FindLog(context), simulated(navigation.station)
-    times, states = record.sample_times(), record.data()
+    state_record, station = log.FindLog(context), simulated(navigation.station)
+    times, states = state_record.sample_times(), state_record.data()
     if times[-1] < context.get_time():
         end_state = evaluate_port(station.plant.get_state_output_port(station.robot_model), context)
         times, states = np.append(times, context.get_time()), np.column_stack((states, end_state))

@@ -214,18 +214,18 @@ def is_goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:
     The certificate keeps the safety margin beyond the footprint, at the goal's heading, or at any where it has none.
     """
     goals = scenario.goals or [world.goal]
-    shape = scenario.robot.shape
+    footprint = scenario.robot.shape
     goal = goals[min(len(run.goals), len(goals) - 1)]
-    poses = make_poses(goal, shape)
+    poses = make_poses(goal, footprint)
     heading_step = HEADING_TOLERANCE if len(goal) > 2 else math.pi / len(poses)
-    room = compute_moving_obstacle_clearance(
-        world.moving_obstacles, poses, np.full(len(poses), run.elapsed), shape
+    free_distance = compute_moving_obstacle_clearance(
+        world.moving_obstacles, poses, np.full(len(poses), run.elapsed), footprint
     ).max()
-    nearer = scenario.simulation.goal_tolerance + heading_step * shape.lever
-    return bool(room + nearer < derive_margins(scenario).safety)
+    goal_slack = scenario.simulation.goal_tolerance + heading_step * footprint.lever
+    return bool(free_distance + goal_slack < derive_margins(scenario).safety)
 
 
-def compute_benchmark_score(outcome: str, time: float, optimal_time: float | None) -> float | None:
+def compute_benchmark_score(outcome: str, trial_time: float, optimal_time: float | None) -> float | None:
     """OT / clip(AT, 2 OT, 8 OT) of a trial that reached the goal, 0 of another one; None without an optimal time.
 
     `time` is AT, until the outcome, and `optimal_time` OT of the world, s.
@@ -234,16 +234,16 @@ def compute_benchmark_score(outcome: str, time: float, optimal_time: float | Non
     """
     if optimal_time is None:
         return None
-    return optimal_time / min(max(time, 2.0 * optimal_time), 8.0 * optimal_time) if outcome == "reached" else 0.0
+    return optimal_time / min(max(trial_time, 2.0 * optimal_time), 8.0 * optimal_time) if outcome == "reached" else 0.0
 
 
 def make_caption_lines(trial: Trial) -> tuple[str, ...]:
     """The caption of a trial's picture."""
-    why = trial.blocked_by or ""
-    barred_text = why if why.startswith(NO_WAY) else "found no way"
+    reason = trial.blocked_by or ""
+    barred_text = reason if reason.startswith(NO_WAY) else "found no way"
     outcome_texts = {"reached": f"reached in {trial.time_s:.1f}\u00a0s", "unreachable": barred_text}
-    what = trial.outcome if trial.contact is None else describe_contact(trial.outcome, trial.contact)
-    outcome = outcome_texts.get(trial.outcome, f"{what} after {trial.time_s:.1f}\u00a0s")
+    outcome_name = trial.outcome if trial.contact is None else describe_contact(trial.outcome, trial.contact)
+    outcome = outcome_texts.get(trial.outcome, f"{outcome_name} after {trial.time_s:.1f}\u00a0s")
     return f"method {trial.method}, seed {trial.seed}", outcome
 
 
@@ -261,10 +261,10 @@ def find_omniscient_path(world: World, robot: Footprint | float, goals: Goals = 
     found_paths = [
         find_leg(world, as_footprint(robot), begin, end, 0.005, resolution) for begin, end in itertools.pairwise(places)
     ]
-    ways = [way for way in found_paths if way is not None]
-    if len(ways) < len(found_paths):
+    free_legs = [way for way in found_paths if way is not None]
+    if len(free_legs) < len(found_paths):
         return None
-    return sum(length for length, _ in ways), np.vstack([path for _, path in ways])
+    return sum(length for length, _ in free_legs), np.vstack([path for _, path in free_legs])
 
 
 def make_trial_record(trial: Trial) -> dict[str, Any]:

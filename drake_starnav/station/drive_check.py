@@ -31,12 +31,12 @@ def check_drive(
     plant, model, base = station.plant, station.robot_model, station.robot_interface.robot.drive
     if base.holonomic:  # an ideal one does
         return
-    first = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
-    times, states, commands = (each[first::EVERY] for each in (times, states, commands))
+    first_index = np.searchsorted(times, times[-1] - 2.0 * SPAN - 1e-9, side="right")
+    times, states, commands = (each[first_index::EVERY] for each in (times, states, commands))
     rates = np.array((*base.body_rates(commands.T), *read_planar_states(states, plant.num_positions(model))[:, 3:].T))
-    later = times > times[-1] - SPAN - 1e-9
-    means = np.array([rates[:, span].mean(axis=1) for span in (~later, later)])
-    told_velocity, done_velocity = means[:, :2], means[:, 2:]
+    is_later = times > times[-1] - SPAN - 1e-9
+    span_means = np.array([rates[:, span].mean(axis=1) for span in (~is_later, is_later)])
+    told_velocity, done_velocity = span_means[:, :2], span_means[:, 2:]
     is_judged = np.abs(told_velocity) > LEAST
     # a robot that neither drives nor turns by this much of what it was told, in both spans, does not follow
     follows = is_judged & (done_velocity * np.sign(told_velocity) >= 0.3 * (1.0 - slip) * np.abs(told_velocity))
@@ -45,7 +45,7 @@ def check_drive(
     robot = RobotModel(plant, station.scene_graph, model)
     asked_rate = np.abs(find_drive_geometry(robot).rates(*rates[:2])).mean()
     rolled_rate = np.abs(states @ compute_wheel_rates(robot).T).mean()
-    cause = (
+    likely_cause = (
         "its wheels turn, but do not move it; allowed: wheels that stand on the floor with their weight and grip it"
         if rolled_rate > 0.5 * asked_rate
         else "its wheels do not turn; allowed: motors strong enough (limit effort of the joints), and nothing but "
@@ -54,5 +54,5 @@ def check_drive(
     (v, omega), (real_v, real_omega) = told_velocity.mean(axis=0), done_velocity.mean(axis=0)
     raise StarnavError(
         f"the robot does not follow its commands: over {2 * SPAN:g} s it was told to drive at {v:.3f} m/s and "
-        f"{omega:.3f} rad/s and did so at {real_v:.3f} m/s and {real_omega:.3f} rad/s; {cause}"
+        f"{omega:.3f} rad/s and did so at {real_v:.3f} m/s and {real_omega:.3f} rad/s; {likely_cause}"
     )

@@ -38,19 +38,19 @@ def find_lidar_poses(robot: RobotModel, lidars: Sequence[LidarParameters]) -> li
     Raises:
         StarnavError: the model has no such frame, or the frame is not joined to base_link.
     """
-    plant, model, links, poses = robot.plant, robot.index, robot.poses(), []
+    plant, model, link_poses, lidar_poses = robot.plant, robot.index, robot.poses(), []
     for k, lidar in enumerate(lidars):
         if not plant.HasFrameNamed(lidar.frame, model):
-            place, names = "lidar" if len(lidars) == 1 else f"lidars[{k}]", ", ".join(_list_lidar_frames(robot))
+            place, frame_names = "lidar" if len(lidars) == 1 else f"lidars[{k}]", ", ".join(_list_lidar_frames(robot))
             raise StarnavError(
-                f"{place}.frame is {lidar.frame}; allowed: a link or frame of the robot's model, {names}"
+                f"{place}.frame is {lidar.frame}; allowed: a link or frame of the robot's model, {frame_names}"
             )
         frame = plant.GetFrameByName(lidar.frame, model)
-        X_BL = links.get(frame.body().index())
+        X_BL = link_poses.get(frame.body().index())
         if X_BL is None:
             raise StarnavError(f"frame {lidar.frame} is not joined to link base_link; allowed: a joint between them")
-        poses.append(X_BL @ frame.GetFixedPoseInBodyFrame())
-    return poses
+        lidar_poses.append(X_BL @ frame.GetFixedPoseInBodyFrame())
+    return lidar_poses
 
 
 def find_mount(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> Mount:
@@ -83,10 +83,10 @@ def find_mount(X_BS: RigidTransform, lidar: LidarParameters, height: float) -> M
 def _list_lidar_frames(robot: RobotModel) -> list[str]:
     """Names of the model's frames that may be lidars'; if there are none, of all but those of joints."""
     frames = (robot.plant.get_frame(FrameIndex(k)) for k in range(robot.plant.num_frames()))
-    joints = [joint.name() for joint in robot.joints]
-    hidden_links = {f"{joint}_{side}" for joint in joints for side in ("parent", "child")} | {"", "__model__"}
-    names = sorted({frame.name() for frame in frames if frame.model_instance() == robot.index} - hidden_links)
-    return [name for name in names if any(part in name.lower() for part in ALIKE)] or names
+    joint_names = [joint.name() for joint in robot.joints]
+    hidden_links = {f"{joint}_{side}" for joint in joint_names for side in ("parent", "child")} | {"", "__model__"}
+    frame_names = sorted({frame.name() for frame in frames if frame.model_instance() == robot.index} - hidden_links)
+    return [name for name in frame_names if any(part in name.lower() for part in ALIKE)] or frame_names
 
 
 @dataclass
@@ -145,44 +145,44 @@ def _find_system(builder: DiagramBuilder, system: Any, name: str) -> Any:
 
 
 def _make_mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
-    X_PS, base = config.X_PS, config.X_PS.base_frame or "world"
+    X_PS, base_name = config.X_PS, config.X_PS.base_frame or "world"
     try:
-        frame = ScopedName.Parse(base)
+        frame = ScopedName.Parse(base_name)
         named_model = plant.GetModelInstanceByName(frame.get_namespace()) if frame.get_namespace() else None
-        parent = plant.GetFrameByName(frame.get_element(), *(() if named_model is None else (named_model,)))
+        parent_frame = plant.GetFrameByName(frame.get_element(), *(() if named_model is None else (named_model,)))
         X_FS: RigidTransform = X_PS.GetDeterministicValue()
     except RuntimeError as error:
         raise StarnavError(
             f"lidar {config.name}: X_PS cannot be used: {said_by(error)}; allowed: a frame of the plant as base_frame, "
             "and a pose that is not random"
         ) from None
-    body = parent.body()
-    own = (
+    parent_body = parent_frame.body()
+    own_frames = (
         []
-        if config.sees_parent_model or body.index() == plant.world_body().index()
-        else [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(body.model_instance())]
+        if config.sees_parent_model or parent_body.index() == plant.world_body().index()
+        else [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(parent_body.model_instance())]
     )
-    X_BS = parent.GetFixedPoseInBodyFrame() @ X_FS
-    return LidarMount(plant.GetBodyFrameIdOrThrow(body.index()), X_BS, exclude_frames=own)
+    X_BS = parent_frame.GetFixedPoseInBodyFrame() @ X_FS
+    return LidarMount(plant.GetBodyFrameIdOrThrow(parent_body.index()), X_BS, exclude_frames=own_frames)
 
 
 def add_collars(
     plant: MultibodyPlant, scene_graph: SceneGraph, robots: Sequence[Scenario], models: Sequence[ModelInstanceIndex]
 ) -> None:
     """Give each robot, in a plant not yet finalized, a collar by which the lidars of the others see it."""
-    bases = [plant.GetBodyByName("base_link", model) for model in models]
-    floors = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in bases]
-    planes = [
+    base_links = [plant.GetBodyByName("base_link", model) for model in models]
+    floor_heights = [float(plant.GetDefaultFloatingBaseBodyPose(base).translation()[2]) for base in base_links]
+    plane_heights = [
         floor + float(X_BL.translation()[2])
-        for each, model, floor in zip(robots, models, floors, strict=True)
+        for each, model, floor in zip(robots, models, floor_heights, strict=True)
         for X_BL in find_lidar_poses(RobotModel(plant, scene_graph, model), each.all_lidars)
     ]
-    low, high = max(min(planes) - COLLAR, 0.01), max(planes) + COLLAR
-    for each, base, floor in zip(robots, bases, floors, strict=True):
-        robot, bottom, top = each.robot, low - floor, high - floor
+    lowest_height, highest_height = max(min(plane_heights) - COLLAR, 0.01), max(plane_heights) + COLLAR
+    for each, base, floor in zip(robots, base_links, floor_heights, strict=True):
+        robot, bottom, top = each.robot, lowest_height - floor, highest_height - floor
         X_BC = RigidTransform([0.0, 0.0, 0.5 * (bottom + top)])
-        prisms = [make_upright_prism(part, top - bottom, COLLAR_NAME) for part in robot.shape.parts]
-        for k, shape in enumerate([Cylinder(robot.radius, top - bottom)] if robot.shape.is_disc else prisms):
+        prism_shapes = [make_upright_prism(part, top - bottom, COLLAR_NAME) for part in robot.shape.parts]
+        for k, shape in enumerate([Cylinder(robot.radius, top - bottom)] if robot.shape.is_disc else prism_shapes):
             plant.RegisterCollisionGeometry(base, X_BC, shape, f"{COLLAR_NAME}_{k}", CoulombFriction(0.3, 0.3))
 
 

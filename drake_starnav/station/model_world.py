@@ -92,8 +92,8 @@ def add_model_footprints(world: World) -> World:
         for polygon in find_shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     ]
     fixed_geometry = find_fixed_geometries(plant, inspector)
-    moving = len(fixed_geometry) < len(inspector.GetAllGeometryIds(Role.kProximity))
-    discs: list[tuple[float, float, float]] = []
+    has_moving = len(fixed_geometry) < len(inspector.GetAllGeometryIds(Role.kProximity))
+    disc_footprints: list[tuple[float, float, float]] = []
     polygons: list[np.ndarray] = [*surfaces]
     for geometry, X_WG in fixed_geometry:
         shape = inspector.GetShape(geometry)
@@ -102,16 +102,16 @@ def add_model_footprints(world: World) -> World:
         if isinstance(shape, Sphere) or (
             isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
         ):
-            disc = _find_disc_footprint(shape, X_WG, world.height)
-            if disc is not None:
-                discs.append(disc)
+            disc_footprint = _find_disc_footprint(shape, X_WG, world.height)
+            if disc_footprint is not None:
+                disc_footprints.append(disc_footprint)
             continue
         polygons += find_shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     return dataclasses.replace(
         world,
-        cylinders=np.array(discs),
+        cylinders=np.array(disc_footprints),
         polygons=tuple(polygons),
-        model=dataclasses.replace(world.model, moving=moving, surfaces=tuple(surfaces)),
+        model=dataclasses.replace(world.model, moving=has_moving, surfaces=tuple(surfaces)),
     )
 
 
@@ -136,13 +136,13 @@ def find_shadows(
         return [] if polygon is None else [polygon]
     vertices, triangles = read_shape_triangles(inspector.GetShape(geometry), inspector.GetName(geometry))
     corners = vertices[triangles] @ X_WG.rotation().matrix().T + X_WG.translation()
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(normal, axis=1)
-    is_near = (size > 0.0) & (corners[..., 2].min(axis=1) < high) & (corners[..., 2].max(axis=1) > low)
-    half = 0.5 * SHEET * normal[is_near] / size[is_near, None]
-    sheets = np.concatenate((corners[is_near] + half[:, None], corners[is_near] - half[:, None]), axis=1)
-    prints = (make_convex_footprint(sheet, low, high) for sheet in sheets)
-    return [polygon for polygon in prints if polygon is not None]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal_length = np.linalg.norm(normals, axis=1)
+    is_near = (normal_length > 0.0) & (corners[..., 2].min(axis=1) < high) & (corners[..., 2].max(axis=1) > low)
+    half_sheet = 0.5 * SHEET * normals[is_near] / normal_length[is_near, None]
+    sheets = np.concatenate((corners[is_near] + half_sheet[:, None], corners[is_near] - half_sheet[:, None]), axis=1)
+    sheet_footprints = (make_convex_footprint(sheet, low, high) for sheet in sheets)
+    return [polygon for polygon in sheet_footprints if polygon is not None]
 
 
 def add_packages(parser: Parser) -> None:
@@ -248,14 +248,14 @@ def find_placed_geometries(
     plant: MultibodyPlant, inspector: SceneGraphInspector, bodies: Sequence[RigidBody], *, hollow: bool
 ) -> list[tuple[GeometryId, RigidTransform]]:
     """Collision geometries of bodies, or their surfaces, and where they are with all joints at their defaults."""
-    context, surfaces = plant.CreateDefaultContext(), find_seen_geometries(inspector)
-    geometries = []
+    context, seen_geometries = plant.CreateDefaultContext(), find_seen_geometries(inspector)
+    placed_geometries = []
     for body in bodies:
         X_WB = plant.EvalBodyPoseInWorld(context, body)
         for geometry in plant.GetCollisionGeometriesForBody(body):
-            if geometry in surfaces and (inspector.GetProximityProperties(geometry) is None) == hollow:
-                geometries.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
-    return sorted(geometries, key=lambda item: item[0].get_value())
+            if geometry in seen_geometries and (inspector.GetProximityProperties(geometry) is None) == hollow:
+                placed_geometries.append((geometry, X_WB @ inspector.GetPoseInFrame(geometry)))
+    return sorted(placed_geometries, key=lambda item: item[0].get_value())
 
 
 def make_shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform) -> np.ndarray:
@@ -264,6 +264,6 @@ def make_shape_vertices(inspector: SceneGraphInspector, geometry: GeometryId, X_
     if isinstance(shape, Cylinder):
         corners = make_cylinder_vertices(shape.radius(), shape.length())
     else:
-        points, rounding_radius = sample_outline(inspector, geometry)
-        corners = inflate_points(points.T, rounding_radius)
+        outline_points, rounding_radius = sample_outline(inspector, geometry)
+        corners = inflate_points(outline_points.T, rounding_radius)
     return corners @ X_WG.rotation().matrix().T + X_WG.translation()

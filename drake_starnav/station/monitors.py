@@ -122,12 +122,12 @@ class CollisionMonitor(LeafSystem):
         """Pairs of geometries, the robot's first, that touch and should not."""
         found_contacts = []
         for pair in self._query.Eval(context).ComputePointPairPenetration():
-            b = pair.id_B.get_value()
-            if b in self._ground:  # the usual contact: wheels on the floor
+            other_id = pair.id_B.get_value()
+            if other_id in self._ground:  # the usual contact: wheels on the floor
                 continue
-            a = pair.id_A.get_value()
-            if a not in self._ground and (a in self._robot) != (b in self._robot):
-                found_contacts.append((pair.id_A, pair.id_B) if a in self._robot else (pair.id_B, pair.id_A))
+            own_id = pair.id_A.get_value()
+            if own_id not in self._ground and (own_id in self._robot) != (other_id in self._robot):
+                found_contacts.append((pair.id_A, pair.id_B) if own_id in self._robot else (pair.id_B, pair.id_A))
         return found_contacts
 
     def describe_contacts(self, context: Context) -> str:
@@ -149,15 +149,15 @@ class CollisionMonitor(LeafSystem):
     def _check(self, context: Context, values: DiscreteValues) -> EventStatus:
         if self._bars is not None:
             x, y, *_ = self._state.Eval(context).tolist()
-            at_x, at_y, free = context.get_discrete_state(self._clear).value().tolist()
-            if math.hypot(x - at_x, y - at_y) < free:
+            at_x, at_y, free_distance = context.get_discrete_state(self._clear).value().tolist()
+            if math.hypot(x - at_x, y - at_y) < free_distance:
                 return EventStatus.DidNothing()
-            free = compute_capsule_distance(self._bars, x, y)
-            if free > 0.0:
-                values.set_value(self._clear, (x, y, free))
+            free_distance = compute_capsule_distance(self._bars, x, y)
+            if free_distance > 0.0:
+                values.set_value(self._clear, (x, y, free_distance))
                 return EventStatus.Succeeded()
-        message = self.describe_contacts(context)
-        return EventStatus.ReachedTermination(self, message) if message else self._check_surfaces(context)
+        contact_text = self.describe_contacts(context)
+        return EventStatus.ReachedTermination(self, contact_text) if contact_text else self._check_surfaces(context)
 
     def _check_surfaces(self, context: Context) -> EventStatus:
         if self._hull is None:
@@ -169,8 +169,8 @@ class CollisionMonitor(LeafSystem):
         pose = np.array([(x, y, math.atan2(forward_y, forward_x))])
         if distance >= footprint.radius or compute_body_clearance(surfaces, pose, footprint)[0] >= 0.0:
             return EventStatus.DidNothing()
-        message = f"{describe_contact(COLLISION, f'base_link with {name}')} at {context.get_time():.3f} s"
-        return EventStatus.ReachedTermination(self, message)
+        contact_text = f"{describe_contact(COLLISION, f'base_link with {name}')} at {context.get_time():.3f} s"
+        return EventStatus.ReachedTermination(self, contact_text)
 
 
 def name_body(inspector: SceneGraphInspector, geometry: GeometryId) -> str:

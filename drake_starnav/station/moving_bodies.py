@@ -37,8 +37,8 @@ def add_moving_obstacles(
     others = set(inspector.GetAllGeometryIds(Role.kProximity))
     height = find_obstacle_height(plant, scene_graph)
     model = plant.AddModelInstance(MOVING_OBSTACLES)
-    starts, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
-    for k, (radius, start) in enumerate(zip(moving_obstacles.radii, starts[0], strict=True)):
+    start_places, _ = moving_obstacle_states(moving_obstacles, np.zeros(1))
+    for k, (radius, start) in enumerate(zip(moving_obstacles.radii, start_places[0], strict=True)):
         _add_cylinder(plant, model, f"moving_obstacle_{k}", Cylinder(radius, height), start)
     moving = GeometrySet(list(set(inspector.GetAllGeometryIds(Role.kProximity)) - others))
     for index in plant.GetBodyIndices(robot):
@@ -53,9 +53,9 @@ def _add_cylinder(
     """Add an upright cylinder that slides along x and y from a place (2,), m, by a motor for each."""
     mass, X_BG = MOVING_OBSTACLE_MASS, RigidTransform([0.0, 0.0, 0.5 * shape.length()])
     inertia = SpatialInertia.SolidCylinderWithMass(mass, shape.radius(), shape.length(), [0.0, 0.0, 1.0])
-    slide = plant.AddRigidBody(f"{name}_slide", model, SpatialInertia.Zero())  # along x, without a mass
+    slide_body = plant.AddRigidBody(f"{name}_slide", model, SpatialInertia.Zero())  # along x, without a mass
     body, parent = plant.AddRigidBody(name, model, inertia), plant.world_body()
-    for child, (axis, direction), place in zip((slide, body), _AXES.items(), start, strict=True):
+    for child, (axis, direction), place in zip((slide_body, body), _AXES.items(), start, strict=True):
         frames = parent.body_frame(), child.body_frame()
         joint = plant.AddJoint(PrismaticJoint(f"{name}_{axis}", *frames, direction))
         joint.set_default_translation(place)
@@ -107,5 +107,5 @@ class MovingObstacleDrive(LeafSystem):
     def _compute_forces(self, context: Context) -> np.ndarray:
         q, v = self._state.Eval(context).reshape(2, self._size)
         h = self._time_step
-        target, _ = moving_obstacle_states(self._moving_obstacles, np.array([context.get_time() + h]))
-        return MOVING_OBSTACLE_MASS * ((target.ravel() - q) / h - v) / h
+        next_places, _ = moving_obstacle_states(self._moving_obstacles, np.array([context.get_time() + h]))
+        return MOVING_OBSTACLE_MASS * ((next_places.ravel() - q) / h - v) / h

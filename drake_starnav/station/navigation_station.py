@@ -106,9 +106,9 @@ def add_station(
     time_step, settings = scenario.simulation.time_step, scenario.plant_config
     if not time_step > 0.0:
         raise StarnavError(f"simulation.time_step is {time_step:g} s; allowed: 0 < x")
-    moving = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
-    step = 0.0 if continuous and not moving and not DISCRETE_ONLY & set(settings) else time_step
-    plant, scene_graph, model, ground = add_plant(builder, world, scenario.robot, step, settings)
+    has_movers = len(world.moving_obstacles) > 0 or (world.model is not None and world.model.moving)
+    plant_step = 0.0 if continuous and not has_movers and not DISCRETE_ONLY & set(settings) else time_step
+    plant, scene_graph, model, ground = add_plant(builder, world, scenario.robot, plant_step, settings)
     robot = builder.AddNamedSystem("robot", RobotInterface(plant, scene_graph, model, scenario, seed=seed))
     connect_robot(builder, plant, scene_graph, model, robot)
     warn_of_unseen(plant, scene_graph, world, [robot])

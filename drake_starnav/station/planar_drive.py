@@ -69,12 +69,12 @@ def put_on_joints(robot: RobotModel, height: float, start: tuple[float, float, f
     for geometry in robot.shapes(*bodies):
         robot.keep_off_floor(geometry, ProximityProperties(robot.inspector.GetProximityProperties(geometry)))
     mass = sum(body.default_mass() for body in bodies)
-    inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
-    floor = f"floor_of_{plant.GetModelInstanceName(robot.index)}"
-    parent = plant.AddFrame(FixedOffsetFrame(floor, plant.world_frame(), RigidTransform([0.0, 0.0, height])))
-    light = SpatialInertia(0.001, np.zeros(3), UnitInertia(0.001, 0.001, 0.001))  # kg and m^2
-    for (name, (kind, axis)), value, inert in zip(JOINTS.items(), start, (mass, mass, inertia), strict=True):
-        body = robot.base if name == "yaw" else plant.AddRigidBody(f"floor_{name}", robot.index, light)
+    yaw_inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
+    frame_name = f"floor_of_{plant.GetModelInstanceName(robot.index)}"
+    parent = plant.AddFrame(FixedOffsetFrame(frame_name, plant.world_frame(), RigidTransform([0.0, 0.0, height])))
+    light_inertia = SpatialInertia(0.001, np.zeros(3), UnitInertia(0.001, 0.001, 0.001))  # kg and m^2
+    for (name, (kind, axis)), value, inert in zip(JOINTS.items(), start, (mass, mass, yaw_inertia), strict=True):
+        body = robot.base if name == "yaw" else plant.AddRigidBody(f"floor_{name}", robot.index, light_inertia)
         joint = plant.AddJoint(kind(f"floor_{name}", parent, body.body_frame(), axis))
         joint.set_default_positions(np.array([value]))
         actuator = plant.AddJointActuator(joint.name(), joint, math.inf)

@@ -40,8 +40,8 @@ def add_drift(estimate: np.ndarray, old_pose: np.ndarray, pose: np.ndarray, drif
     """
     drift_along, drift_across, turn = find_pose_in_frame(old_pose, pose)
     direction, sign = _draw_drift_direction(seed)
-    astray = drift * complex(drift_along, drift_across) * direction
-    drift_along, drift_across = drift_along + astray.real, drift_across + astray.imag
+    position_error = drift * complex(drift_along, drift_across) * direction
+    drift_along, drift_across = drift_along + position_error.real, drift_across + position_error.imag
     return compose_poses(estimate, (drift_along, drift_across, turn * (1.0 + drift * sign)))
 
 
@@ -117,12 +117,12 @@ class PlanarLocalization(LeafSystem):
         self._error, self._seed = error or LocalizationParameters(), seed
         self._num_positions = num_positions
         self._multibody_state = self.DeclareVectorInputPort("multibody_state", num_positions + num_velocities)
-        depends = {self._multibody_state.ticket()}
+        pose_tickets = {self._multibody_state.ticket()}
         if not self._error.exact:
             self._anchor = self.DeclareDiscreteState(6)  # a true pose, and where the robot believed to be there
-            depends.add(self.discrete_state_ticket(self._anchor))
-        declare_vector(self, "pose", 3, PlanarLocalization._compute_believed_pose, depends)
-        declare_vector(self, "state", 5, PlanarLocalization._compute_believed_state, depends)
+            pose_tickets.add(self.discrete_state_ticket(self._anchor))
+        declare_vector(self, "pose", 3, PlanarLocalization._compute_believed_pose, pose_tickets)
+        declare_vector(self, "state", 5, PlanarLocalization._compute_believed_state, pose_tickets)
         self._scan_pose = self.DeclareDiscreteState(3)
         self._streams = [
             _Stream(
@@ -150,38 +150,38 @@ class PlanarLocalization(LeafSystem):
         pose = self._read_true_pose(context)
         if not self._error.exact:
             values.set_value(self._anchor, np.concatenate((pose, pose)))
-        for group in (self._scan_pose, *(group for stream in self._streams for group in stream.waiting)):
-            values.set_value(group, pose)
+        for pose_state in (self._scan_pose, *(pose_state for stream in self._streams for pose_state in stream.waiting)):
+            values.set_value(pose_state, pose)
         return EventStatus.Succeeded()
 
     def _hold(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
         lidar, seed, waiting = stream
         values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
-        index = find_scan_index(context.get_time(), lidar.rate)
-        if not arrives(lidar, seed, index):
+        scan_index = find_scan_index(context.get_time(), lidar.rate)
+        if not arrives(lidar, seed, scan_index):
             return EventStatus.Succeeded()
-        group = waiting[index % len(waiting)] if waiting else self._scan_pose
-        values.set_value(group, self._compute_believed_pose(context))
+        pose_state = waiting[scan_index % len(waiting)] if waiting else self._scan_pose
+        values.set_value(pose_state, self._compute_believed_pose(context))
         return EventStatus.Succeeded()
 
     def _release(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
         lidar, seed, waiting = stream
-        index = find_released(lidar, seed, context.get_time())
-        if index is None:
+        scan_index = find_released(lidar, seed, context.get_time())
+        if scan_index is None:
             return EventStatus.DidNothing()
-        group = waiting[index % len(waiting)]
+        pose_state = waiting[scan_index % len(waiting)]
         values = state.get_mutable_discrete_state()
-        values.set_value(self._scan_pose, context.get_discrete_state(group).value().copy())
+        values.set_value(self._scan_pose, context.get_discrete_state(pose_state).value().copy())
         return EventStatus.Succeeded()
 
     def _drift(self, context: Context, values: DiscreteValues) -> EventStatus:
         anchor, true_pose = context.get_discrete_state(self._anchor).value(), self._read_true_pose(context)
         believed_pose = add_drift(anchor[3:], anchor[:3], true_pose, self._error.drift, self._seed)
         time, interval = context.get_time(), self._error.jump_interval
-        jump = math.floor(time / interval + 1e-9)
-        if jump > 0 and jump > math.floor((time - DRIFT_PERIOD) / interval + 1e-9):
-            believed_pose[:2] += draw_jump(self._error.jump, self._seed, jump)
+        jump_index = math.floor(time / interval + 1e-9)
+        if jump_index > 0 and jump_index > math.floor((time - DRIFT_PERIOD) / interval + 1e-9):
+            believed_pose[:2] += draw_jump(self._error.jump, self._seed, jump_index)
         values.set_value(self._anchor, np.concatenate((true_pose, believed_pose)))
         return EventStatus.Succeeded()
 

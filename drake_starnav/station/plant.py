@@ -134,15 +134,15 @@ def _check_finite(plants: Iterable[MultibodyPlant], context: Context) -> None:
 
 def _make_monitor(plants: Sequence[MultibodyPlant]) -> Callable[[Context], EventStatus]:
     """What the simulator calls after each step, between publish events and updates."""
-    continuous = any(plant.time_step() == 0.0 for plant in plants)
-    discrete = [plant for plant in plants if plant.time_step() > 0.0]
+    has_continuous = any(plant.time_step() == 0.0 for plant in plants)
+    discrete_plants = [plant for plant in plants if plant.time_step() > 0.0]
 
     def monitor(context: Context) -> EventStatus:
-        finite = True
-        if continuous:  # that it may be changed lets the poses of geometries be computed anew
+        is_finite = True
+        if has_continuous:  # that it may be changed lets the poses of geometries be computed anew
             state = context.get_mutable_continuous_state_vector().CopyToVector()
-            finite = math.isfinite(sum(state.tolist()))
-        _check_finite(discrete if finite else plants, context)
+            is_finite = math.isfinite(sum(state.tolist()))
+        _check_finite(discrete_plants if is_finite else plants, context)
         return EventStatus.DidNothing()
 
     return monitor

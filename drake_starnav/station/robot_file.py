@@ -94,7 +94,7 @@ def fix_joints(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
     held_joints = []
     for joint in root.iterfind("joint"):
         name = joint.get("name", "")
-        parts: tuple[str, ...] = ("mimic", "dynamics", "safety_controller", "calibration")
+        dropped_tags: tuple[str, ...] = ("mimic", "dynamics", "safety_controller", "calibration")
         if name in wheels:
             joint.set("type", "continuous")
             for limit in joint.iterfind("limit"):  # of exporters that write 0, and of `revolute`
@@ -103,8 +103,8 @@ def fix_joints(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
         elif joint.get("type") != "fixed":
             held_joints.append(name)
             joint.set("type", "fixed")
-            parts = (*parts, "axis", "limit")
-        for part in [each for each in joint if each.tag in parts]:
+            dropped_tags = (*dropped_tags, "axis", "limit")
+        for part in [each for each in joint if each.tag in dropped_tags]:
             joint.remove(part)
     return held_joints
 
@@ -112,10 +112,10 @@ def fix_joints(root: ElementTree.Element, wheels: Collection[str]) -> list[str]:
 def move_origin(root: ElementTree.Element, x: float, y: float) -> None:
     """Move the origin of `base_link` to a point (x, y) of it, m."""
     base = root.find("link[@name='base_link']")
-    parts = [] if base is None else [part for part in base if part.tag in ("inertial", "visual", "collision")]
-    parts += [frame for frame in root.iterfind("frame") if frame.get("link") == "base_link"]
-    parts += [joint for joint in root.iterfind("joint[parent]") if find_link(joint, "parent") == "base_link"]
-    for part in parts:
+    moved_parts = [] if base is None else [part for part in base if part.tag in ("inertial", "visual", "collision")]
+    moved_parts += [frame for frame in root.iterfind("frame") if frame.get("link") == "base_link"]
+    moved_parts += [joint for joint in root.iterfind("joint[parent]") if find_link(joint, "parent") == "base_link"]
+    for part in moved_parts:
         X = read_pose(part)
         set_pose(part, RigidTransform(X.rotation(), X.translation() - (x, y, 0.0)))
 
@@ -123,52 +123,52 @@ def move_origin(root: ElementTree.Element, x: float, y: float) -> None:
 def read_effort(root: ElementTree.Element, joint: str) -> float:
     """The largest torque that a joint's limits allow, N m; infinite if they are silent."""
     limit = root.find(f"joint[@name='{joint}']/limit")
-    value = 0.0 if limit is None else float(limit.get("effort", "0"))
-    return value if value > 0.0 else math.inf
+    effort_limit = 0.0 if limit is None else float(limit.get("effort", "0"))
+    return effort_limit if effort_limit > 0.0 else math.inf
 
 
 def _name_base(root: ElementTree.Element) -> None:
     """Call the robot's base `base_link`; a frame keeps the name that it had."""
-    above = {find_link(joint, "child"): find_link(joint, "parent") for joint in root.iterfind("joint[child]")}
+    parent_links = {find_link(joint, "child"): find_link(joint, "parent") for joint in root.iterfind("joint[child]")}
     links = [link.get("name", "") for link in root.iterfind("link")]
 
     def depth(link: str) -> int:
         """Number of links above it."""
         seen_links: list[str | None] = [link]
-        while above.get(seen_links[-1]) not in (None, *seen_links):
-            seen_links.append(above[seen_links[-1]])
+        while parent_links.get(seen_links[-1]) not in (None, *seen_links):
+            seen_links.append(parent_links[seen_links[-1]])
         return len(seen_links)
 
-    roots = [link for link in links if link != "world" and above.get(link) in (None, "world")]
+    roots = [link for link in links if link != "world" and parent_links.get(link) in (None, "world")]
     base_links = [link for link in links if link.endswith("base_link")]
-    base = (
+    base_name = (
         "base_link" if "base_link" in links else min(base_links, key=depth, default=roots[0] if len(roots) == 1 else "")
     )
-    if base in ("", "base_link"):
+    if base_name in ("", "base_link"):
         return
     for part in root.iter():
         for key in ("name", "link") if part.tag != "joint" else ():
-            if part.get(key) == base and part.tag in ("link", "parent", "child", "frame"):
+            if part.get(key) == base_name and part.tag in ("link", "parent", "child", "frame"):
                 part.set(key, "base_link")
-    ElementTree.SubElement(root, "frame", name=base, link="base_link", xyz="0 0 0", rpy="0 0 0")
+    ElementTree.SubElement(root, "frame", name=base_name, link="base_link", xyz="0 0 0", rpy="0 0 0")
 
 
 def _reroot_at_base(root: ElementTree.Element) -> None:
     """Turn round the joints above `base_link`, which become fixed, and leave out the link `world`."""
-    on = {find_link(joint, "child"): joint for joint in root.iterfind("joint[child]")}
-    link: str | None = "base_link"
-    while (joint := on.pop(link, None)) is not None:
+    child_joints = {find_link(joint, "child"): joint for joint in root.iterfind("joint[child]")}
+    next_link: str | None = "base_link"
+    while (joint := child_joints.pop(next_link, None)) is not None:
         parent, child = joint.find("parent"), joint.find("child")
-        link = None if parent is None else parent.get("link")
-        if link is None or link == "world":
+        next_link = None if parent is None else parent.get("link")
+        if next_link is None or next_link == "world":
             root.remove(joint)
             break
         parent.set("link", child.get("link", ""))  # type: ignore[union-attr]
-        child.set("link", link)  # type: ignore[union-attr]
+        child.set("link", next_link)  # type: ignore[union-attr]
         set_pose(joint, read_pose(joint).inverse())
         joint.set("type", "fixed")
-    world = root.find("link[@name='world']")
-    if world is not None and not any(
+    world_link = root.find("link[@name='world']")
+    if world_link is not None and not any(
         "world" in (find_link(j, "parent"), find_link(j, "child")) for j in root.iter("joint")
     ):
-        root.remove(world)
+        root.remove(world_link)

@@ -100,10 +100,10 @@ class RobotModel(NamedTuple):
 
     def _find_joints_below(self) -> dict[BodyIndex, list[Joint]]:
         """Joints by the link that is their parent."""
-        below: dict[BodyIndex, list[Joint]] = {}
+        joints_below: dict[BodyIndex, list[Joint]] = {}
         for joint in self.joints:
-            below.setdefault(joint.parent_body().index(), []).append(joint)
-        return below
+            joints_below.setdefault(joint.parent_body().index(), []).append(joint)
+        return joints_below
 
     def find_extents(self, poses: Mapping[BodyIndex, RigidTransform]) -> Iterator["Extent"]:
         """What the colliding shapes of links cover, with the links at poses in a frame."""
@@ -126,17 +126,17 @@ class RobotModel(NamedTuple):
         `without` those of links of these names; with bodies `on` it at poses in base_link, such as an arm.
         """
         poses = {**on, **self.poses()}
-        highs = (each.high for each in self.find_extents(poses) if each.link.name() not in without)
-        return max(highs, default=0.0) - min(self.find_lowest_point(poses), 0.0)
+        shape_tops = (each.high for each in self.find_extents(poses) if each.link.name() not in without)
+        return max(shape_tops, default=0.0) - min(self.find_lowest_point(poses), 0.0)
 
     def measure_stance(self) -> float:
         """Half the width or length, whichever is less, of where it touches the floor, m; infinite without wheels."""
         poses = self.poses()
-        floor = self.find_lowest_point(poses)
-        touching = [each for each in self.find_extents(poses) if each.low < floor + TOLERANCE]
-        if not any(each.floor for each in touching):
+        floor_height = self.find_lowest_point(poses)
+        touching_shapes = [each for each in self.find_extents(poses) if each.low < floor_height + TOLERANCE]
+        if not any(each.floor for each in touching_shapes):
             return math.inf
-        return 0.5 * float(np.ptp([each.points[:2].mean(axis=1) for each in touching], axis=0).min())
+        return 0.5 * float(np.ptp([each.points[:2].mean(axis=1) for each in touching_shapes], axis=0).min())
 
     def longest_step(self) -> float:
         """Longest step of a plant, s, after which what lost the floor has not tilted the robot so that it would drive
@@ -154,9 +154,9 @@ class RobotModel(NamedTuple):
         frame_poses = [
             poses[f.body().index()] @ f.GetFixedPoseInBodyFrame() for f in frames if f.body().index() in poses
         ]
-        floor = min(self.find_lowest_point(poses), 0.0)
-        heights = [(X.translation()[2] - floor, abs(X.rotation().matrix()[2, 2])) for X in frame_poses]
-        return max(float(z) * (1.0 if upright > math.cos(TOLERANCE) else 2.0) for z, upright in heights)
+        floor_height = min(self.find_lowest_point(poses), 0.0)
+        frame_heights = [(X.translation()[2] - floor_height, abs(X.rotation().matrix()[2, 2])) for X in frame_poses]
+        return max(float(z) * (1.0 if upright > math.cos(TOLERANCE) else 2.0) for z, upright in frame_heights)
 
     def keep_off_floor(self, geometry: GeometryId, properties: ProximityProperties) -> None:
         """Let a shape with these properties never touch the floor."""
@@ -192,10 +192,10 @@ def make_robot_outline(robot: RobotModel, left_out: Collection[str] = ()) -> np.
 
     Counter-clockwise, shape (n, 2), about base_link's z axis, m; round shapes lie within. None if they enclose nothing.
     """
-    parts = robot.find_extents(robot.poses())
-    shapes = (each for each in parts if each.floor is not True and each.link.name() not in left_out)
-    corners = [inflate_points(each.points.T, each.grown) for each in shapes]
-    return make_convex_footprint(np.vstack([*corners, np.zeros((0, 3))]), -math.inf, math.inf)
+    robot_parts = robot.find_extents(robot.poses())
+    kept_shapes = (each for each in robot_parts if each.floor is not True and each.link.name() not in left_out)
+    shape_corners = [inflate_points(each.points.T, each.grown) for each in kept_shapes]
+    return make_convex_footprint(np.vstack([*shape_corners, np.zeros((0, 3))]), -math.inf, math.inf)
 
 
 def set_floor_contact(properties: ProximityProperties, floor: bool) -> None:
@@ -219,20 +219,20 @@ def sample_outline(inspector: SceneGraphInspector, geometry: GeometryId) -> tupl
     if isinstance(shape, Capsule):
         return np.array([[0.0, 0.0], [0.0, 0.0], [-0.5 * shape.length(), 0.5 * shape.length()]]), shape.radius()
     if isinstance(shape, Cylinder):
-        angle = np.linspace(0.0, 2.0 * math.pi, 73)
-        rim = shape.radius() * np.vstack((np.cos(angle), np.sin(angle)))
-        half = np.full((1, len(angle)), 0.5 * shape.length())
-        return np.hstack((np.vstack((rim, half)), np.vstack((rim, -half)))), 0.0
+        rim_angles = np.linspace(0.0, 2.0 * math.pi, 73)
+        rim_points = shape.radius() * np.vstack((np.cos(rim_angles), np.sin(rim_angles)))
+        half_lengths = np.full((1, len(rim_angles)), 0.5 * shape.length())
+        return np.hstack((np.vstack((rim_points, half_lengths)), np.vstack((rim_points, -half_lengths)))), 0.0
     if isinstance(shape, Box):
         return make_box_vertices(shape.size()).T, 0.0
     if isinstance(shape, Ellipsoid):
         return make_ball_vertices(np.array((shape.a(), shape.b(), shape.c()))).T, 0.0
-    hull = inspector.GetConvexHull(geometry)
-    if hull is None:
+    convex_hull = inspector.GetConvexHull(geometry)
+    if convex_hull is None:
         raise StarnavError(
             f"geometry {inspector.GetName(geometry)} is a {type(shape).__name__}; allowed: a solid shape"
         )
-    return np.array([hull.vertex(k) for k in range(hull.num_vertices())]).T, 0.0
+    return np.array([convex_hull.vertex(k) for k in range(convex_hull.num_vertices())]).T, 0.0
 
 
 def inflate_points(points: np.ndarray, inflation: float) -> np.ndarray:
@@ -247,22 +247,22 @@ def find_massless_links(plant: MultibodyPlant, bodies: Iterable[BodyIndex]) -> l
     to what is welded to it.
     """
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    on = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
+    parent_bodies = {joint.child_body().index(): joint.parent_body().index() for joint in joints}
     welded_links = {joint.child_body().index() for joint in joints if joint.num_velocities() == 0}
-    heavy = {plant.world_body().index()}
+    heavy_bodies = {plant.world_body().index()}
     root_of: dict[BodyIndex, BodyIndex | None] = {}  # of what carries a mass; None if a joint on the way to it moves
     for body in map(BodyIndex, range(1, plant.num_bodies())):
         if plant.get_body(body).default_mass() > 0.0:
-            chain, carrier = [], body
-            while carrier in on and carrier not in root_of:
-                chain.append(carrier)
-                carrier = on[carrier]
-            root: BodyIndex | None = root_of.get(carrier, carrier)
-            for link in reversed(chain):
-                root = root_of[link] = root if link in welded_links else None
-            if root is not None:
-                heavy.add(root)
-    held_links = heavy | root_of.keys() | welded_links
+            link_chain, carrier = [], body
+            while carrier in parent_bodies and carrier not in root_of:
+                link_chain.append(carrier)
+                carrier = parent_bodies[carrier]
+            carrying_root: BodyIndex | None = root_of.get(carrier, carrier)
+            for link in reversed(link_chain):
+                carrying_root = root_of[link] = carrying_root if link in welded_links else None
+            if carrying_root is not None:
+                heavy_bodies.add(carrying_root)
+    held_links = heavy_bodies | root_of.keys() | welded_links
     return [plant.get_body(body).name() for body in bodies if body not in held_links]
 
 
@@ -282,25 +282,25 @@ class Drive(NamedTuple):
 
 def find_drive_geometry(robot: RobotModel) -> Drive:
     """Where the wheels of a robot, as from `add_robot`, touch the floor."""
-    poses, drive = robot.poses(), []
+    poses, wheel_contacts = robot.poses(), []
     for joint in robot.wheels:
         link = joint.child_body()
-        (sphere,) = (g for g in robot.shapes(link) if read_floor_contact(robot.inspector, g))
+        (rolling_sphere,) = (g for g in robot.shapes(link) if read_floor_contact(robot.inspector, g))
         X_BL = poses[link.index()]
         axis = X_BL.rotation() @ (joint.frame_on_child().GetFixedRotationMatrixInBodyFrame() @ joint.revolute_axis())
-        y = (X_BL @ robot.inspector.GetPoseInFrame(sphere)).translation()[1]
-        drive.append((math.copysign(robot.inspector.GetShape(sphere).radius(), axis[1]), -float(y)))
-    return Drive(*zip(*drive, strict=True))
+        y = (X_BL @ robot.inspector.GetPoseInFrame(rolling_sphere)).translation()[1]
+        wheel_contacts.append((math.copysign(robot.inspector.GetShape(rolling_sphere).radius(), axis[1]), -float(y)))
+    return Drive(*zip(*wheel_contacts, strict=True))
 
 
 def compute_wheel_rates(robot: RobotModel) -> np.ndarray:
     """The matrix that takes the wheels' rates, in the order of their actuators, out of the state of a model."""
-    plant, model, rows = robot.plant, robot.index, []
+    plant, model, rate_rows = robot.plant, robot.index, []
     for joint in robot.wheels:
-        rates = np.zeros(plant.num_velocities())
-        rates[joint.velocity_start()] = 1.0
-        rows.append((*np.zeros(plant.num_positions(model)), *plant.GetVelocitiesFromArray(model, rates)))
-    return np.array(rows)
+        joint_rates = np.zeros(plant.num_velocities())
+        joint_rates[joint.velocity_start()] = 1.0
+        rate_rows.append((*np.zeros(plant.num_positions(model)), *plant.GetVelocitiesFromArray(model, joint_rates)))
+    return np.array(rate_rows)
 
 
 def find_standing_range(robot: RobotModel, floor: float) -> tuple[float, float, float]:
@@ -308,13 +308,13 @@ def find_standing_range(robot: RobotModel, floor: float) -> tuple[float, float, 
 
     All in base_link; `floor` is its height there, m.
     """
-    poses, masses = robot.poses(), []
+    poses, mass_places = robot.poses(), []
     for index, X_BL in poses.items():
         link = robot.plant.get_body(index)
-        masses.append((link.default_mass(), float((X_BL @ link.default_com())[0])))
-    mass, x = np.array(masses).T
+        mass_places.append((link.default_mass(), float((X_BL @ link.default_com())[0])))
+    link_masses, x = np.array(mass_places).T
     standing_places = [float(each.points[0].mean()) for each in robot.find_extents(poses) if each.low < floor + 1e-3]
-    return min(standing_places), max(standing_places), float(mass @ x / mass.sum())
+    return min(standing_places), max(standing_places), float(link_masses @ x / link_masses.sum())
 
 
 def find_drive_ability(robot: RobotModel) -> tuple[float, float]:
@@ -322,16 +322,16 @@ def find_drive_ability(robot: RobotModel) -> tuple[float, float]:
 
     They are those of base_link, by the efforts and arms of the wheels and by mass and inertia of all links.
     """
-    inertia, mass = 0.0, 0.0
+    yaw_inertia, total_mass = 0.0, 0.0
     for index, X_BL in robot.poses().items():
         link = robot.plant.get_body(index)
-        of_link = link.default_spatial_inertia().ReExpress(X_BL.rotation()).Shift(-X_BL.translation())
-        inertia += of_link.CalcRotationalInertia().CopyToFullMatrix3()[2, 2]
-        mass += link.default_mass()
+        link_inertia = link.default_spatial_inertia().ReExpress(X_BL.rotation()).Shift(-X_BL.translation())
+        yaw_inertia += link_inertia.CalcRotationalInertia().CopyToFullMatrix3()[2, 2]
+        total_mass += link.default_mass()
     (radii, arms), joints = find_drive_geometry(robot), robot.wheels
-    grip, push, torque = -robot.plant.gravity_field().gravity_vector()[2] * mass / len(joints), 0.0, 0.0
+    wheel_grip, push, torque = -robot.plant.gravity_field().gravity_vector()[2] * total_mass / len(joints), 0.0, 0.0
     for joint, radius, arm in zip(joints, radii, arms, strict=True):
-        effort = robot.plant.GetJointActuatorByName(joint.name(), robot.index).effort_limit()
-        force = min(effort / abs(radius), grip)
-        push, torque = push + force, torque + force * abs(arm)
-    return push / mass, torque / inertia
+        effort_limit = robot.plant.GetJointActuatorByName(joint.name(), robot.index).effort_limit()
+        wheel_force = min(effort_limit / abs(radius), wheel_grip)
+        push, torque = push + wheel_force, torque + wheel_force * abs(arm)
+    return push / total_mass, torque / yaw_inertia

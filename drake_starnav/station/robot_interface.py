@@ -101,22 +101,22 @@ class RobotInterface(Diagram):
         self.sticking_out = functools.partial(find_protrusion, robot_model, poses)
         builder = DiagramBuilder()
         inspector = scene_graph.model_inspector()
-        frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
-        self.robot_geometries = [g for f in frames for g in inspector.GetGeometries(f, Role.kProximity)]
+        own_frames = [plant.GetBodyFrameIdOrThrow(index) for index in (*bodies, *carried)]
+        self.robot_geometries = [g for f in own_frames for g in inspector.GetGeometries(f, Role.kProximity)]
         self._keep_to_the_floor()
         self.base_frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base_link", model).index())
-        places = find_lidar_poses(robot_model, self.lidars)
+        lidar_poses = find_lidar_poses(robot_model, self.lidars)
         lift = plant.EvalBodyPoseInWorld(context, robot_model.base).translation()[2]
-        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in places), robot_model.top(on=poses)
+        self.heights, self.top = tuple(float(lift + X.translation()[2]) for X in lidar_poses), robot_model.top(on=poses)
         self.body_top = robot_model.top(self.robot.overhangs.split(), on=poses)
         self.reach = math.inf if carried else robot_model.reach(poses)
-        self.mounts = tuple(map(find_mount, places, self.lidars, self.heights))
+        self.mounts = tuple(map(find_mount, lidar_poses, self.lidars, self.heights))
         sensors = {}
-        for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(places)), self.lidars, strict=True)):
-            mount = LidarMount(self.base_frame, places[k], frames)
+        for k, (name, lidar) in enumerate(zip(lidar_names("lidar", len(lidar_poses)), self.lidars, strict=True)):
+            mount = LidarMount(self.base_frame, lidar_poses[k], own_frames)
             sensor = LidarSensor(lidar, mount, seed=derive_lidar_seed(seed, k))
             sensors[name] = builder.AddNamedSystem(name, sensor)
-        where = builder.AddNamedSystem(
+        localization = builder.AddNamedSystem(
             "localization",
             PlanarLocalization(
                 num_positions=plant.num_positions(model),
@@ -132,12 +132,12 @@ class RobotInterface(Diagram):
             else WheelSpeedCommand(robot=self.robot, drive=self._drive)
         )
         wheels = builder.AddNamedSystem("wheels", command_of)
-        query = [sensor.GetInputPort("geometry_query") for sensor in sensors.values()]
-        exported_port = builder.ExportInput(query[0], "geometry_query")
-        for port in query[1:]:
+        query_ports = [sensor.GetInputPort("geometry_query") for sensor in sensors.values()]
+        exported_port = builder.ExportInput(query_ports[0], "geometry_query")
+        for port in query_ports[1:]:
             builder.ConnectInput(exported_port, port)
         command, turning = self._add_drive_faults(builder, wheels, seed)
-        state = builder.ExportInput(where.GetInputPort("multibody_state"), "multibody_state")
+        state = builder.ExportInput(localization.GetInputPort("multibody_state"), "multibody_state")
         if self._drive is None:
             builder.ConnectInput(state, wheels.GetInputPort("multibody_state"))
         builder.ExportInput(command, "drive.twist_command")
@@ -145,7 +145,7 @@ class RobotInterface(Diagram):
             for port_name in LIDAR_PORTS:
                 builder.ExportOutput(sensor.GetOutputPort(port_name), f"{name}.{port_name}")
         for name in POSE_PORTS:
-            builder.ExportOutput(where.GetOutputPort(name), f"localization.{name}")
+            builder.ExportOutput(localization.GetOutputPort(name), f"localization.{name}")
         if plant.time_step() > 0.0:
             builder.ExportOutput(turning, "desired_state")
         else:
@@ -183,20 +183,20 @@ class RobotInterface(Diagram):
 
     def _add_drive_faults(self, builder: DiagramBuilder, wheels: LeafSystem, seed: int) -> tuple[InputPort, OutputPort]:
         """The port that takes the twist, behind the delay, and the one of the wheels' speeds, with their slip."""
-        command, turning = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
+        command_port, speed_port = wheels.GetInputPort("twist_command"), wheels.GetOutputPort("desired_state")
         if self.drive.slip > 0.0 and self._drive is not None:
             sides = [int(arm > 0.0) for arm in self._drive.arms]
-            slipping = builder.AddNamedSystem("wheel_slip", WheelSlip(sides=sides, slip=self.drive.slip, seed=seed))
-            builder.Connect(turning, slipping.get_input_port())
-            turning = slipping.get_output_port()
+            slip_system = builder.AddNamedSystem("wheel_slip", WheelSlip(sides=sides, slip=self.drive.slip, seed=seed))
+            builder.Connect(speed_port, slip_system.get_input_port())
+            speed_port = slip_system.get_output_port()
         if self.drive.delay > 0.0:
-            size = len(self.robot.drive.components)
+            twist_size = len(self.robot.drive.components)
             time_step = self.scenario.simulation.time_step
-            delay = DiscreteTimeDelay(time_step, count_delay_steps(self.drive, time_step), size)
-            late = builder.AddNamedSystem("drive_delay", delay)
-            builder.Connect(late.get_output_port(), command)
-            command = late.get_input_port()
-        return command, turning
+            delay = DiscreteTimeDelay(time_step, count_delay_steps(self.drive, time_step), twist_size)
+            delay_system = builder.AddNamedSystem("drive_delay", delay)
+            builder.Connect(delay_system.get_output_port(), command_port)
+            command_port = delay_system.get_input_port()
+        return command_port, speed_port
 
 
 def _check_added(robot: RobotModel, *, planar: bool) -> None:
@@ -214,10 +214,10 @@ def _check_added(robot: RobotModel, *, planar: bool) -> None:
 def find_joined_bodies(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[BodyIndex]:
     """A robot's links, and all bodies that joints hold to them, such as those of an arm on it; not the world body."""
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    pairs = [{joint.parent_body().index(), joint.child_body().index()} for joint in joints]
-    pairs = [pair for pair in pairs if plant.world_body().index() not in pair]
+    joined_pairs = [{joint.parent_body().index(), joint.child_body().index()} for joint in joints]
+    joined_pairs = [pair for pair in joined_pairs if plant.world_body().index() not in pair]
     found_bodies = set(plant.GetBodyIndices(model))
-    while new_bodies := {index for pair in pairs if pair & found_bodies for index in pair} - found_bodies:
+    while new_bodies := {index for pair in joined_pairs if pair & found_bodies for index in pair} - found_bodies:
         found_bodies |= new_bodies
     return sorted(found_bodies)
 

@@ -132,18 +132,18 @@ def _make_empty_plant() -> tuple[MultibodyPlant, SceneGraph]:
 
 def _parse_model(parser: Parser, root: ElementTree.Element, path: str) -> ModelInstanceIndex:
     ElementTree.indent(root)  # one element a line, by which the parser names it
-    text = ElementTree.tostring(root, encoding="unicode")
+    model_text = ElementTree.tostring(root, encoding="unicode")
 
     def said(message: str) -> str:
         """A message with the link instead of a line of a file that nobody has."""
         match = re.match(r"<literal-string>\.urdf:(\d+): (?:error|warning): ", message)
         if match is None:
             return message
-        links = re.findall(r'<link name="([^"]*)"', "\n".join(text.splitlines()[: int(match[1])]))
+        links = re.findall(r'<link name="([^"]*)"', "\n".join(model_text.splitlines()[: int(match[1])]))
         return f"link {links[-1]}: {message[match.end() :]}" if links else message[match.end() :]
 
     with refuse_parser_warnings(f"robot model {path}", "a URDF file with one robot", said):
-        (model,) = parser.AddModelsFromString(text, "urdf")
+        (model,) = parser.AddModelsFromString(model_text, "urdf")
     return model
 
 
@@ -185,8 +185,8 @@ def read_own_shape(robot: RobotParameters) -> dict[str, Any]:
     hull, radius = shapely.Polygon(outline), float(np.hypot(*outline.T).max())
     if hull.area > 0.97 * math.pi * radius**2:  # it counts as the disc around it
         return {"radius": math.ceil(1e3 * radius) / 1e3}
-    simple = hull.simplify(SIMPLIFIED).buffer(SIMPLIFIED, join_style="mitre") if len(outline) > 8 else hull
-    corners = shapely.get_coordinates(simple)[:-1].round(4).tolist()
+    simple_hull = hull.simplify(SIMPLIFIED).buffer(SIMPLIFIED, join_style="mitre") if len(outline) > 8 else hull
+    corners = shapely.get_coordinates(simple_hull)[:-1].round(4).tolist()
     return {"radius": RobotParameters.radius, "footprint": corners}
 
 

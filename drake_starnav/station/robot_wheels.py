@@ -71,11 +71,11 @@ def find_wheels(robot: RobotModel, joints: tuple[str, str]) -> Wheels:
             names = ", ".join(missing) or "on one side"
             raise ValueError(f"it has no joint{'s' * (len(missing) > 1)} {names} about y or -y; allowed: {choice}")
     else:
-        pairs = _find_wheel_pairs([each for each in turning.values() if np.isfinite(each.low)])
-        floor = min((end.low for pair in pairs for end in pair), default=0.0)
-        pairs = [pair for pair in pairs if max(end.low for end in pair) <= floor + CASTER_CLEARANCE]
-        left_names, right_names = (tuple(pair[k].name for pair in pairs) for k in (0, 1))
-        if not pairs:
+        wheel_pairs = _find_wheel_pairs([each for each in turning.values() if np.isfinite(each.low)])
+        floor_height = min((end.low for pair in wheel_pairs for end in pair), default=0.0)
+        wheel_pairs = [pair for pair in wheel_pairs if max(end.low for end in pair) <= floor_height + CASTER_CLEARANCE]
+        left_names, right_names = (tuple(pair[k].name for pair in wheel_pairs) for k in (0, 1))
+        if not wheel_pairs:
             raise ValueError(
                 "it has no two joints about y or -y, opposite each other, that carry collision shapes down to one "
                 f"floor; allowed: such wheels, or {choice}"
@@ -145,21 +145,21 @@ def _add_missing_casters(robot: RobotModel, support_places: list[float], half_tr
 def _find_turning_joints(robot: RobotModel) -> list[_Turning]:
     """The joints of a model about y or -y that hang on no swivel, and that no other such joint hangs on."""
     poses, turning_joints, joints = robot.poses(), [], robot.joints
-    above = {joint.child_body().index(): joint for joint in joints}
-    axes = {
+    parent_joints = {joint.child_body().index(): joint for joint in joints}
+    joint_axes = {
         joint.name(): (poses[joint.child_body().index()] @ _add_axle(joint)).rotation() @ ALONG_Z
         for joint in joints
         if isinstance(joint, RevoluteJoint) and joint.child_body().index() in poses
     }
-    for name, axis in axes.items():
+    for name, axis in joint_axes.items():
         joint = robot.plant.GetJointByName(name, robot.index)
         below = robot.find_carried_links(joint.child_body())
-        body, swivels = joint.parent_body().index(), False
-        while body in above:
-            swivels = swivels or abs(axes.get(above[body].name(), np.zeros(3))[2]) > ALONG
-            body = above[body].parent_body().index()
-        arm = any(abs(axes.get(above[part.index()].name(), np.zeros(3))[1]) > ALONG for part in below[1:])
-        if swivels or arm or abs(axis[1]) < ALONG:
+        body, is_swivel = joint.parent_body().index(), False
+        while body in parent_joints:
+            is_swivel = is_swivel or abs(joint_axes.get(parent_joints[body].name(), np.zeros(3))[2]) > ALONG
+            body = parent_joints[body].parent_body().index()
+        arm = any(abs(joint_axes.get(parent_joints[part.index()].name(), np.zeros(3))[1]) > ALONG for part in below[1:])
+        if is_swivel or arm or abs(axis[1]) < ALONG:
             continue
         low = robot.find_lowest_point({part.index(): poses[part.index()] for part in below})
         turning_joints.append(_Turning(name, (poses[joint.child_body().index()] @ _add_axle(joint)).translation(), low))
@@ -168,14 +168,14 @@ def _find_turning_joints(robot: RobotModel) -> list[_Turning]:
 
 def _find_wheel_pairs(turning: list[_Turning]) -> list[tuple[_Turning, _Turning]]:
     """Joints opposite each other, the left one first; of several at one side, outer with outer."""
-    pairs, rest = [], sorted(turning, key=lambda each: (each.place[1], each.name))
-    while rest:
-        right = rest.pop(0)
-        across = [each for each in rest if np.abs(each.place - right.place)[[0, 2]].max() <= OPPOSITE]
-        if across and across[-1].place[1] > right.place[1] + OPPOSITE:
-            rest.remove(across[-1])
-            pairs.append((across[-1], right))
-    return pairs
+    wheel_pairs, other_joints = [], sorted(turning, key=lambda each: (each.place[1], each.name))
+    while other_joints:
+        right_joint = other_joints.pop(0)
+        across = [each for each in other_joints if np.abs(each.place - right_joint.place)[[0, 2]].max() <= OPPOSITE]
+        if across and across[-1].place[1] > right_joint.place[1] + OPPOSITE:
+            other_joints.remove(across[-1])
+            wheel_pairs.append((across[-1], right_joint))
+    return wheel_pairs
 
 
 def _add_axle(joint: RevoluteJoint) -> RigidTransform:
@@ -188,10 +188,10 @@ def _measure_wheel_span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
     """The span of a wheel's shapes; a sphere counts with its plane."""
     poses = robot.poses()
     X_AB = (poses[joint.child_body().index()] @ _add_axle(joint)).inverse()
-    parts = {part.index(): X_AB @ poses[part.index()] for part in robot.find_carried_links(joint.child_body())}
+    part_poses = {part.index(): X_AB @ poses[part.index()] for part in robot.find_carried_links(joint.child_body())}
     spans = [
         (np.hypot(*each.points[:2]).max() + each.grown, each.points[2].min(), each.points[2].max())
-        for each in robot.find_extents(parts)
+        for each in robot.find_extents(part_poses)
     ]
     radii, low, high = np.array(spans).T
     return _Span(float(radii.max()), float(low.min()), float(high.max()))
@@ -200,23 +200,23 @@ def _measure_wheel_span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
 def _add_rolling_sphere(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool) -> None:
     """Give a wheel a sphere that touches only the floor, and let what else it carries never touch it."""
     plant, inspector, link, X_LA = robot.plant, robot.inspector, joint.child_body(), _add_axle(joint)
-    middle = RigidTransform(X_LA.translation() + 0.5 * (span.low + span.high) * (X_LA.rotation() @ ALONG_Z))
+    wheel_middle = RigidTransform(X_LA.translation() + 0.5 * (span.low + span.high) * (X_LA.rotation() @ ALONG_Z))
     properties = None
     for part in robot.find_carried_links(link):
         for geometry in robot.shapes(part):
-            own = ProximityProperties(inspector.GetProximityProperties(geometry))
-            properties = properties or ProximityProperties(own)
+            own_properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+            properties = properties or ProximityProperties(own_properties)
             shape = inspector.GetShape(geometry)
             if isinstance(shape, Sphere) and part is link:
                 X_LG = RigidTransform(X_LA.rotation(), inspector.GetPoseInFrame(geometry).translation())
                 robot.scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
                 name, disc = inspector.GetName(geometry).rpartition("::")[2], Cylinder(shape.radius(), 1e-3)  # m wide
-                geometry = plant.RegisterCollisionGeometry(link, X_LG, disc, name, own)
-            robot.keep_off_floor(geometry, own)
+                geometry = plant.RegisterCollisionGeometry(link, X_LG, disc, name, own_properties)
+            robot.keep_off_floor(geometry, own_properties)
     assert properties is not None
     if not properties.HasProperty("material", "point_contact_stiffness"):
         properties.AddProperty("material", "point_contact_stiffness", _find_stiffness(robot))
-    _register_sphere(robot, link, middle, span.radius, None if slides else properties)
+    _register_sphere(robot, link, wheel_middle, span.radius, None if slides else properties)
 
 
 def _find_stiffness(robot: RobotModel) -> float:
@@ -261,8 +261,8 @@ def _let_link_slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, fl
         clearance = each.low - floor
         if not -0.006 <= clearance < CASTER_CLEARANCE:  # m; a caster may lie a little lower than the wheels in a model
             continue
-        bottom = each.points[:, each.points[2] < each.points[2].min() + 1e-3].mean(axis=1)
-        support_places.append(float(bottom[0]))
+        lowest_place = each.points[:, each.points[2] < each.points[2].min() + 1e-3].mean(axis=1)
+        support_places.append(float(lowest_place[0]))
         properties = ProximityProperties(robot.inspector.GetProximityProperties(each.geometry))
         is_sphere = isinstance(robot.inspector.GetShape(each.geometry), Sphere)
         if is_sphere and 0.5 * LIFTED < clearance < 2.0 * LIFTED:
@@ -271,6 +271,6 @@ def _let_link_slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, fl
             robot.scene_graph.AssignRole(source, each.geometry, properties, RoleAssign.kReplace)
             continue
         robot.keep_off_floor(each.geometry, properties)
-        place = X_BL.inverse() @ np.array([*bottom[:2], floor + LIFTED + CASTER_RADIUS])
+        place = X_BL.inverse() @ np.array([*lowest_place[:2], floor + LIFTED + CASTER_RADIUS])
         _register_sphere(robot, each.link, RigidTransform(place), CASTER_RADIUS, None)
     return support_places

@@ -167,12 +167,12 @@ class _Parts:
         self.count = 0
 
     def solids(self) -> Solids:
-        starts = np.zeros(len(self.faces) + 1, dtype=np.int64)
-        np.cumsum([len(face) for face in self.faces], out=starts[1:])
+        face_starts = np.zeros(len(self.faces) + 1, dtype=np.int64)
+        np.cumsum([len(face) for face in self.faces], out=face_starts[1:])
         return Solids(
             quadrics=np.array(self.quadrics, dtype=float).reshape(-1, 15),
             vertices=np.vstack([*self.vertices, np.zeros((0, 3))]),
-            face_starts=starts,
+            face_starts=face_starts,
             face_vertices=np.concatenate([*self.faces, np.zeros(0, dtype=np.int64)]).astype(np.int64),
         )
 
@@ -199,16 +199,16 @@ class _Parts:
         elif isinstance(shape, Mesh):
             self._add_faces(X_FG, *read_shape_triangles(shape, name))
         else:
-            what = "MeshcatCone" if isinstance(shape, MeshcatCone) else type(shape).__name__
-            warnings.warn(f"lidar: {what} {name} is ignored", stacklevel=2)
+            shape_name = "MeshcatCone" if isinstance(shape, MeshcatCone) else type(shape).__name__
+            warnings.warn(f"lidar: {shape_name} {name} is ignored", stacklevel=2)
 
     def _add_quadric(
         self, X_FG: RigidTransform, semi_axes: np.ndarray, low: float = -np.inf, high: float = np.inf, cap: float = 0.0
     ) -> None:
         R_FG = X_FG.rotation().matrix()
-        matrix = (R_FG / semi_axes**2) @ R_FG.T
-        upper = matrix[np.triu_indices(3)]
-        self.quadrics.append(np.concatenate((X_FG.translation(), upper, R_FG[:, 2], (low, high, cap))))
+        quadric_matrix = (R_FG / semi_axes**2) @ R_FG.T
+        upper_triangle = quadric_matrix[np.triu_indices(3)]
+        self.quadrics.append(np.concatenate((X_FG.translation(), upper_triangle, R_FG[:, 2], (low, high, cap))))
 
     def _add_faces(self, X_FG: RigidTransform, vertices: np.ndarray, faces: Collection) -> None:
         self.vertices.append(vertices @ X_FG.rotation().matrix().T + X_FG.translation())

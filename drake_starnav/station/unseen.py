@@ -39,12 +39,12 @@ def warn_of_unseen(
     if not own_plant and world.model is None and not len(world.spheres):
         return
     inspector = scene_graph.model_inspector()
-    models = {robot.model for robot in robots}
+    robot_models = {robot.model for robot in robots}
     if own_plant:  # its other robots are among what moves
         instances = map(ModelInstanceIndex, range(plant.num_model_instances()))
-        models |= {model for model in instances if plant.HasBodyNamed("base_link", model)}
-    own = {index for model in models for index in find_joined_bodies(plant, model)}
-    bodies = [plant.get_body(index) for index in map(BodyIndex, range(plant.num_bodies())) if index not in own]
+        robot_models |= {model for model in instances if plant.HasBodyNamed("base_link", model)}
+    own_bodies = {index for model in robot_models for index in find_joined_bodies(plant, model)}
+    bodies = [plant.get_body(index) for index in map(BodyIndex, range(plant.num_bodies())) if index not in own_bodies]
     standing = [
         (geometry, X_WG)
         for hollow in (False, True)
@@ -59,13 +59,13 @@ def warn_of_unseen(
 def _warn_of_shadows(world: World, robot: RobotInterface, hidden_shadows: dict[str, float]) -> None:
     if not hidden_shadows:
         return
-    widest = sorted(hidden_shadows, key=hidden_shadows.__getitem__, reverse=True)
-    names = ", ".join(f"{name} (by {1e3 * hidden_shadows[name]:.0f} mm)" for name in widest[:MOST_NAMES])
-    more = f" and {len(hidden_shadows) - MOST_NAMES} more" if len(hidden_shadows) > MOST_NAMES else ""
+    widest_first = sorted(hidden_shadows, key=hidden_shadows.__getitem__, reverse=True)
+    named_shapes = ", ".join(f"{name} (by {1e3 * hidden_shadows[name]:.0f} mm)" for name in widest_first[:MOST_NAMES])
+    more_text = f" and {len(hidden_shadows) - MOST_NAMES} more" if len(hidden_shadows) > MOST_NAMES else ""
     heights = " and ".join(f"{height:.3g}" for height in sorted(set(robot.heights)))
     warnings.warn(
         f"world {world.name}: the robot, {robot.top:.3g} m high, may hit what its lidar at a height of {heights} m "
-        f"does not see: {names}{more}",
+        f"does not see: {named_shapes}{more_text}",
         stacklevel=4,
     )
 
@@ -74,14 +74,14 @@ def _beyond_sight(
     inspector: SceneGraphInspector, geometry: GeometryId, X_WG: RigidTransform, robot: RobotInterface
 ) -> float:
     """How far a shape reaches beyond what lidars see of it, m; of what they do not see, all counts."""
-    struck, greatest_distance = _find_shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
-    for lift in () if struck.is_empty else (-GRAZED, GRAZED):
-        cuts = [_find_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
-        seen_area = shapely.union_all(cuts)
+    struck_area, greatest_distance = _find_shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
+    for lift in () if struck_area.is_empty else (-GRAZED, GRAZED):
+        seen_cuts = [_find_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
+        seen_area = shapely.union_all(seen_cuts)
         if seen_area.is_empty:
-            return float(np.ptp(shapely.get_coordinates(struck), axis=0).max())
-        if not seen_area.buffer(UNSEEN).contains(struck):
-            greatest_distance = max(greatest_distance, shapely.hausdorff_distance(struck, seen_area, 0.1))
+            return float(np.ptp(shapely.get_coordinates(struck_area), axis=0).max())
+        if not seen_area.buffer(UNSEEN).contains(struck_area):
+            greatest_distance = max(greatest_distance, shapely.hausdorff_distance(struck_area, seen_area, 0.1))
     return greatest_distance
 
 

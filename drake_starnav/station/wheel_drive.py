@@ -75,8 +75,8 @@ class WheelSlip(LeafSystem):
 
     def _apply_slip(self, context: Context) -> np.ndarray:
         desired_twist = self._desired.Eval(context).copy()
-        shares = draw_wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
-        desired_twist[len(self._sides) :] *= shares[self._sides]
+        kept_shares = draw_wheel_shares(self._slip, self._seed, math.floor(context.get_time() / SLIP_PERIOD + 1e-9))
+        desired_twist[len(self._sides) :] *= kept_shares[self._sides]
         return desired_twist
 
 
@@ -103,18 +103,18 @@ class WheelServo(Diagram):
     def __init__(self, robot: RobotModel) -> None:
         """Drive the wheels of a robot, as from `add_robot`, in a finalized plant."""
         super().__init__()
-        rates = compute_wheel_rates(robot)
-        n, size = rates.shape
+        wheel_rates = compute_wheel_rates(robot)
+        n, size = wheel_rates.shape
         actuators = [robot.plant.GetJointActuatorByName(joint.name(), robot.index) for joint in robot.wheels]
         gain_of_each = np.array([[actuator.get_controller_gains().d] for actuator in actuators])
-        gains = gain_of_each * np.hstack((np.zeros((n, n)), np.eye(n), -rates))
+        gain_matrix = gain_of_each * np.hstack((np.zeros((n, n)), np.eye(n), -wheel_rates))
         builder = DiagramBuilder()
-        both = builder.AddNamedSystem("both", Multiplexer([2 * n, size]))
-        gain = builder.AddNamedSystem("gain", MatrixGain(gains))
-        builder.Connect(both.get_output_port(), gain.get_input_port())
-        builder.ExportInput(both.get_input_port(0), "desired_state")
-        builder.ExportInput(both.get_input_port(1), "multibody_state")
-        builder.ExportOutput(gain.get_output_port(), "actuation")
+        state_multiplexer = builder.AddNamedSystem("both", Multiplexer([2 * n, size]))
+        gain_system = builder.AddNamedSystem("gain", MatrixGain(gain_matrix))
+        builder.Connect(state_multiplexer.get_output_port(), gain_system.get_input_port())
+        builder.ExportInput(state_multiplexer.get_input_port(0), "desired_state")
+        builder.ExportInput(state_multiplexer.get_input_port(1), "multibody_state")
+        builder.ExportOutput(gain_system.get_output_port(), "actuation")
         builder.BuildInto(self)
 
 

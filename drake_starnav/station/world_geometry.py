@@ -100,14 +100,14 @@ def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | Non
         _add_shape(plant, f"cylinder_{k}", Cylinder(radius, height), RigidTransform([x, y, z]), OBSTACLE_COLOR)
     for k, (x, y, radius) in enumerate(world.spheres):
         _add_shape(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
-    parts, solid = {}, make_surface_world(world) is None
+    convex_parts, is_solid = {}, make_surface_world(world) is None
     for k, polygon in enumerate(world.polygons):
-        parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(split_into_convex_parts(polygon))})
-    is_one_body = not solid or len(parts) > MOST_LOOKS
-    for name, part in parts.items() if solid else ():
+        convex_parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(split_into_convex_parts(polygon))})
+    is_one_body = not is_solid or len(convex_parts) > MOST_LOOKS
+    for name, part in convex_parts.items() if is_solid else ():
         _add_shape(plant, name, *_make_prism_shape(part, height, name), None if is_one_body else OBSTACLE_COLOR)
     if is_one_body:
-        add_surface(plant, _make_prisms_mesh(list(parts.values()), height), "polygons_visual", seen=not solid)
+        add_surface(plant, _make_prisms_mesh(list(convex_parts.values()), height), "polygons_visual", seen=not is_solid)
     if world.bounds is not None:
         for side, (cx, cy, length, width) in _make_walls(world.bounds).items():
             _add_shape(plant, f"wall_{side}", Box(length, width, height), RigidTransform([cx, cy, z]), WALL_COLOR)
@@ -126,13 +126,13 @@ def make_surface_world(world: World) -> World | None:
 
 def add_surface(plant: MultibodyPlant, mesh: Mesh, name: str, *, seen: bool) -> None:
     """Show a mesh in W, fixed to the world, in a plant not yet finalized; `seen`: whether lidars see it."""
-    look, perception = IllustrationProperties(), PerceptionProperties()
-    look.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))
+    surface_look, perception = IllustrationProperties(), PerceptionProperties()
+    surface_look.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))
     perception.AddProperty("phong", "diffuse", Rgba(*OBSTACLE_COLOR))
     if seen:
         perception.AddProperty(*SURFACE, True)
     instance = GeometryInstance(RigidTransform(), mesh, name)
-    instance.set_illustration_properties(look)
+    instance.set_illustration_properties(surface_look)
     instance.set_perception_properties(perception)
     plant.RegisterVisualGeometry(plant.world_body(), instance)
 
@@ -167,19 +167,19 @@ def make_upright_prism(corners: np.ndarray, height: float, label: str) -> Convex
 def _make_prisms_mesh(parts: list[np.ndarray], height: float) -> Mesh:
     """The upright prisms over convex footprints, as one mesh."""
     meshes = [make_prism(corners, 0.0, height) for corners in parts]
-    first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
-    triangles = [corners + k for (_, corners), k in zip(meshes, first, strict=False)]
-    text = format_obj(np.vstack([vertices for vertices, _ in meshes]).round(9), np.vstack(triangles))
-    return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "obstacles.obj")))
+    first_vertices = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    triangles = [corners + k for (_, corners), k in zip(meshes, first_vertices, strict=False)]
+    mesh_text = format_obj(np.vstack([vertices for vertices, _ in meshes]).round(9), np.vstack(triangles))
+    return Mesh(InMemoryMesh(mesh_file=MemoryFile(mesh_text, ".obj", "obstacles.obj")))
 
 
 def _make_walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:
     x0, y0, x1, y1 = bounds
-    t = WALL_THICKNESS
+    wall_thickness = WALL_THICKNESS
     cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     return {
-        "south": (cx, y0 - 0.5 * t, x1 - x0 + 2 * t, t),
-        "north": (cx, y1 + 0.5 * t, x1 - x0 + 2 * t, t),
-        "west": (x0 - 0.5 * t, cy, t, y1 - y0),
-        "east": (x1 + 0.5 * t, cy, t, y1 - y0),
+        "south": (cx, y0 - 0.5 * wall_thickness, x1 - x0 + 2 * wall_thickness, wall_thickness),
+        "north": (cx, y1 + 0.5 * wall_thickness, x1 - x0 + 2 * wall_thickness, wall_thickness),
+        "west": (x0 - 0.5 * wall_thickness, cy, wall_thickness, y1 - y0),
+        "east": (x1 + 0.5 * wall_thickness, cy, wall_thickness, y1 - y0),
     }

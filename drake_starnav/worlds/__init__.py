@@ -94,8 +94,8 @@ def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[S
         kind = dataclasses.replace(kind, goal=[float(value) for value in goals[-1][:2]])
     check_parameters(kind, type(kind).__name__)
     # the checksum of the name numbers a kind for good, whatever kinds are added
-    number = zlib.crc32(type(kind).__name__.encode())
-    world = kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), number])), robot)
+    kind_number = zlib.crc32(type(kind).__name__.encode())
+    world = kind.make(np.random.default_rng(np.random.SeedSequence([int(seed), kind_number])), robot)
     if goals:
         world = dataclasses.replace(world, goal=tuple(goals[-1][:2]))
     if world.model is None:  # else its obstacles are not known yet

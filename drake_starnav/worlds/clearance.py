@@ -27,32 +27,32 @@ def compute_body_clearance(world: World, poses: np.ndarray, footprint: Footprint
     """
     if footprint.is_disc:
         return compute_clearance(world, poses[:, :2]) - footprint.radius
-    centres = np.broadcast_to(world.discs[:, :2], (len(poses), len(world.discs), 2))
-    least = compute_disc_clearance(centres, world.discs[:, 2], poses, footprint.body)
+    disc_centres = np.broadcast_to(world.discs[:, :2], (len(poses), len(world.discs), 2))
+    least_gaps = compute_disc_clearance(disc_centres, world.discs[:, 2], poses, footprint.body)
     if world.bounds is not None:
         corners = place_points(poses, footprint.polygons.vertices).reshape(len(poses), -1, 2)
-        low, high = np.reshape(world.bounds, (2, 2))
-        least = np.minimum(least, np.minimum(corners - low, high - corners).min(axis=(1, 2)))
+        lower_bounds, upper_bounds = np.reshape(world.bounds, (2, 2))
+        least_gaps = np.minimum(least_gaps, np.minimum(corners - lower_bounds, upper_bounds - corners).min(axis=(1, 2)))
     for part in footprint.parts if world.polygons and len(poses) else ():
         bodies = shapely.polygons(place_points(poses, part).reshape(len(poses), -1, 2))
-        (_, nearest), gaps = world.tree.query_nearest(bodies, return_distance=True, all_matches=False)
-        for k in np.flatnonzero(gaps == 0.0):
-            gaps[k] = -measure_least_width(shapely.intersection(bodies[k], world.tree.geometries[nearest[k]]))
-        least = np.minimum(least, gaps)
-    return least
+        (_, nearest), part_gaps = world.tree.query_nearest(bodies, return_distance=True, all_matches=False)
+        for k in np.flatnonzero(part_gaps == 0.0):
+            part_gaps[k] = -measure_least_width(shapely.intersection(bodies[k], world.tree.geometries[nearest[k]]))
+        least_gaps = np.minimum(least_gaps, part_gaps)
+    return least_gaps
 
 
 def find_nearest_obstacle(world: World, point: tuple[float, float]) -> tuple[str, float]:
     """What is nearest to a point: a name for messages such as `cylinders[3]`, and the clearance to it, m."""
     distances = _find_nearest(world, np.array([point], dtype=float))
-    kind = min(distances, key=lambda name: distances[name][0][0])
-    distance, index = (float(column[0]) for column in distances[kind])
+    obstacle_kind = min(distances, key=lambda name: distances[name][0][0])
+    distance, index = (float(column[0]) for column in distances[obstacle_kind])
     if distance == np.inf:
         return "nothing", distance
-    if kind == "discs" and index >= len(world.cylinders):
-        kind, index = "spheres", index - len(world.cylinders)
-    names = {"discs": f"cylinders[{index:.0f}]", "bounds": "bounds"}
-    return names.get(kind, f"{kind}[{index:.0f}]"), distance
+    if obstacle_kind == "discs" and index >= len(world.cylinders):
+        obstacle_kind, index = "spheres", index - len(world.cylinders)
+    obstacle_names = {"discs": f"cylinders[{index:.0f}]", "bounds": "bounds"}
+    return obstacle_names.get(obstacle_kind, f"{obstacle_kind}[{index:.0f}]"), distance
 
 
 def _find_nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -60,12 +60,12 @@ def _find_nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarra
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2:
         raise StarnavError(f"clearance: points has shape {points.shape}; allowed: (n, 2)")
-    low, high = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
-    distances = {"bounds": (np.minimum(points - low, high - points).min(axis=1), np.zeros(len(points)))}
+    lower_bounds, high = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
+    distances = {"bounds": (np.minimum(points - lower_bounds, high - points).min(axis=1), np.zeros(len(points)))}
     if len(discs := world.discs):
         points_at_once = 1 + 1_000_000 // len(discs)  # points at a time, for the memory that their distances take
-        pieces = [points[k : k + points_at_once] for k in range(0, max(len(points), 1), points_at_once)]
-        disc_distances = [np.hypot(*(piece[:, None] - discs[:, :2]).T).T - discs[:, 2] for piece in pieces]
+        point_pieces = [points[k : k + points_at_once] for k in range(0, max(len(points), 1), points_at_once)]
+        disc_distances = [np.hypot(*(piece[:, None] - discs[:, :2]).T).T - discs[:, 2] for piece in point_pieces]
         distances["discs"] = (
             np.hstack([part.min(axis=1) for part in disc_distances]),
             np.hstack([part.argmin(axis=1) for part in disc_distances]),

@@ -50,8 +50,8 @@ def split_into_convex_parts(polygon: np.ndarray) -> list[np.ndarray]:
 
 def simplify_outline(points: np.ndarray) -> np.ndarray:
     """The outline (k, 2), m, without corners that stick out by no more than `EVEN`; itself if hardly any would stay."""
-    ring = shapely.LinearRing(points).simplify(EVEN, preserve_topology=False)
-    kept_points = shapely.get_coordinates(ring)[:-1]
+    simple_ring = shapely.LinearRing(points).simplify(EVEN, preserve_topology=False)
+    kept_points = shapely.get_coordinates(simple_ring)[:-1]
     return kept_points if len(kept_points) >= 3 else points
 
 
@@ -60,17 +60,17 @@ def _merge_pieces(pieces: list[list[Corner]]) -> list[list[Corner]]:
 
     An edge that cannot go now can never go: what a piece gains makes its corners no narrower. So each is tried once.
     """
-    owner = {edge: k for k, piece in enumerate(pieces) for edge in pairwise((*piece, piece[0]))}
+    edge_owners = {edge: k for k, piece in enumerate(pieces) for edge in pairwise((*piece, piece[0]))}
     merged_into = list(range(len(pieces)))
 
     def piece_at(edge: tuple[Corner, Corner]) -> int:
-        k = owner[edge]
+        k = edge_owners[edge]
         while merged_into[k] != k:
             k = merged_into[k]
         return k
 
-    for a, b in list(owner):
-        if (b, a) not in owner or a > b:
+    for a, b in list(edge_owners):
+        if (b, a) not in edge_owners or a > b:
             continue
         this_piece, other_piece = piece_at((a, b)), piece_at((b, a))
         # from b to a, from a to b

@@ -16,16 +16,16 @@ def make_convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.n
     if nothing is between the heights, or no area.
     """
     z = vertices[:, 2]
-    points = [vertices[(z >= low) & (z <= high), :2]]
+    shadow_points = [vertices[(z >= low) & (z <= high), :2]]
     for height in (low, high):
         above, below = vertices[z > height], vertices[z < height]
         # Crossings of diagonals lie inside the section, those of edges are its corners: no need to know the edges.
-        share = (above[:, None, 2] - height) / (above[:, None, 2] - below[None, :, 2])
-        crossing = above[:, None, :2] + share[..., None] * (below[None, :, :2] - above[:, None, :2])
-        points.append(crossing.reshape(-1, 2))
-    shadow = np.vstack(points)
+        height_shares = (above[:, None, 2] - height) / (above[:, None, 2] - below[None, :, 2])
+        edge_crossings = above[:, None, :2] + height_shares[..., None] * (below[None, :, :2] - above[:, None, :2])
+        shadow_points.append(edge_crossings.reshape(-1, 2))
+    shadow_corners = np.vstack(shadow_points)
     try:
-        return shadow[ConvexHull(shadow).vertices] if len(shadow) > 2 else None
+        return shadow_corners[ConvexHull(shadow_corners).vertices] if len(shadow_corners) > 2 else None
     except QhullError:
         return None
 
@@ -42,12 +42,12 @@ def make_ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
     """Corners of a polyhedron around an ellipsoid with semi-axes (3,) along x, y and z, m; shape (n, 3)."""
     bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
     elevation = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _AROUND // 2 + 1)[:, None]
-    unit = np.stack(
+    unit_sphere = np.stack(
         (np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation) + 0.0 * bearing),
         axis=-1,
     )
     circle_factor = 1.0 / math.cos(np.pi / _AROUND) ** 2  # a facet spans the same angle both ways
-    return circle_factor * np.asarray(semi_axes) * unit.reshape(-1, 3)
+    return circle_factor * np.asarray(semi_axes) * unit_sphere.reshape(-1, 3)
 
 
 def make_box_vertices(size: np.ndarray) -> np.ndarray:
@@ -58,5 +58,5 @@ def make_box_vertices(size: np.ndarray) -> np.ndarray:
 def make_cylinder_vertices(radius: float, length: float) -> np.ndarray:
     """Corners of a prism around a cylinder along z about the origin, m; shape (n, 3)."""
     bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
-    ring = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    return np.vstack([np.column_stack((ring, np.full(_AROUND, side * length))) for side in (-0.5, 0.5)])
+    ring_corners = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    return np.vstack([np.column_stack((ring_corners, np.full(_AROUND, side * length))) for side in (-0.5, 0.5)])

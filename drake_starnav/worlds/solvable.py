@@ -109,16 +109,16 @@ def check_free(world: World, place: Sequence[float], robot: Footprint | float, n
     robot, place = as_footprint(robot), tuple(place[:2] if as_footprint(robot).is_disc else place)
     if is_free(world, place, robot):
         return
-    poses = make_poses(place, robot)
-    best = poses[[compute_body_clearance(world, poses, robot).argmax()]]
+    tried_poses = make_poses(place, robot)
+    best_pose = tried_poses[[compute_body_clearance(world, tried_poses, robot).argmax()]]
     if robot.is_disc:
         obstacle, distance = find_nearest_obstacle(world, (place[0], place[1]))
-        where = f"{distance:g} m from" if distance > 0.0 else "outside of" if obstacle == "bounds" else "inside"
+        distance_text = f"{distance:g} m from" if distance > 0.0 else "outside of" if obstacle == "bounds" else "inside"
         raise StarnavError(
-            f"{name} is [{place[0]:g}, {place[1]:g}], {where} {obstacle}; "
+            f"{name} is [{place[0]:g}, {place[1]:g}], {distance_text} {obstacle}; "
             f"allowed: more than robot.radius {robot.radius:g} m from every obstacle"
         )
-    nearest_obstacles = [find_nearest_obstacle(world, (x, y)) for x, y in place_points(best, robot.cover).tolist()]
+    nearest_obstacles = [find_nearest_obstacle(world, (x, y)) for x, y in place_points(best_pose, robot.cover).tolist()]
     obstacle = min(nearest_obstacles, key=lambda each: each[1])[0]
     raise StarnavError(
         f"{name} is [{', '.join(f'{value:g}' for value in place)}], where the robot touches {obstacle}"
@@ -142,12 +142,12 @@ def find_leg(
     world: World, robot: Footprint, begin: Sequence[float], end: Sequence[float], spare: float = 0.0, step: float = 0.05
 ) -> tuple[float, np.ndarray] | None:
     """The way of `find_way_through` between two places (x, y) or (x, y, yaw) of a world; None if one is not free."""
-    poses = make_poses(tuple(begin), robot)
-    free = poses[compute_body_clearance(world, poses, robot) > 0.0]
-    if not len(free) or not is_free(world, end, robot):
+    begin_poses = make_poses(tuple(begin), robot)
+    free_poses = begin_poses[compute_body_clearance(world, begin_poses, robot) > 0.0]
+    if not len(free_poses) or not is_free(world, end, robot):
         return None
-    leg = dataclasses.replace(world, start=tuple(free[0]), goal=(end[0], end[1]))
-    return find_way_through(leg, robot, spare, step, *end[2:])
+    leg_world = dataclasses.replace(world, start=tuple(free_poses[0]), goal=(end[0], end[1]))
+    return find_way_through(leg_world, robot, spare, step, *end[2:])
 
 
 def _name_goal(world: World, place: str, goals: Sequence[Sequence[float]]) -> Iterable[tuple[str, Sequence[float]]]:

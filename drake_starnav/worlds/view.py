@@ -33,8 +33,8 @@ def scan_from(shapes: Shapes, pose: np.ndarray, lidar: LidarParameters, seed: in
     distances = np.full(lidar.beams, np.inf)
     cast_groups(tuple(shapes), np.array([pose]), tuple(fan), distances, lidar.range_max)
     ranges = measure(distances, lidar, seed, index)
-    limits = lidar.range_min, lidar.range_max
-    return LaserScan(index / lidar.rate, *view[:2], *limits, ranges, lost_beams=lidar.dropout > 0.0)
+    range_limits = lidar.range_min, lidar.range_max
+    return LaserScan(index / lidar.rate, *view[:2], *range_limits, ranges, lost_beams=lidar.dropout > 0.0)
 
 
 def find_tightest_gap(world: World, path: np.ndarray) -> float:
@@ -43,10 +43,10 @@ def find_tightest_gap(world: World, path: np.ndarray) -> float:
 
     Source: the characteristic dimension of D. Perille et al., Benchmarking metric ground navigation, 2020.
     """
-    shapes, fan, least = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
+    shapes, fan, least_width = visible_shapes(world), Fan.regular(-math.pi, 2.0 * math.pi / BEAMS, BEAMS), math.inf
     for x, y in resample_polyline(path, STEP):
         ranges = np.full(BEAMS, np.inf)
         cast_groups(tuple(shapes), np.array([(x, y, 0.0)]), tuple(fan), ranges, FARTHEST)
         ranges[ranges >= FARTHEST] = np.inf
-        least = min(least, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
-    return least
+        least_width = min(least_width, float((ranges[: BEAMS // 2] + ranges[BEAMS // 2 :]).min()))
+    return least_width

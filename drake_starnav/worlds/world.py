@@ -32,17 +32,17 @@ def check_numbers(value: Any, name: str, entries: tuple[str, ...]) -> tuple[floa
     """The numbers of a list or an array; a `StarnavError` unless it has as many finite ones as there are `entries`."""
     if not isinstance(value, (list, tuple, np.ndarray)):
         raise StarnavError(f"{name} is {shown(value)}; allowed: a list")
-    numbers = [x.item() if isinstance(x, np.generic) else x for x in value]
-    if len(numbers) != len(entries) or not all(is_number(x) and abs(x) <= FARTHEST for x in numbers):
+    number_list = [x.item() if isinstance(x, np.generic) else x for x in value]
+    if len(number_list) != len(entries) or not all(is_number(x) and abs(x) <= FARTHEST for x in number_list):
         allowed_text = f"finite [{', '.join(entries)}], each at most {FARTHEST:g}"
-        raise StarnavError(f"{name} is {shown(numbers)}; allowed: {allowed_text}")
-    for entry, number in zip(entries, numbers, strict=True):
+        raise StarnavError(f"{name} is {shown(number_list)}; allowed: {allowed_text}")
+    for entry, number in zip(entries, number_list, strict=True):
         if entry == "yaw" and abs(number) > 2.0 * math.pi:
             raise StarnavError(
-                f"{name} is {shown(numbers)}: a yaw of {number:g} rad is more than a turn; allowed: -6.28 <= yaw "
+                f"{name} is {shown(number_list)}: a yaw of {number:g} rad is more than a turn; allowed: -6.28 <= yaw "
                 f"<= 6.28 rad, e.g. {math.radians(number):.4g} for {number:g} degrees"
             )
-    return tuple(map(float, numbers))
+    return tuple(map(float, number_list))
 
 
 def check_keys(entry: Any, place: str, keys: Sequence[str]) -> None:
@@ -118,11 +118,11 @@ class World:
 
     def __post_init__(self) -> None:
         place, circle, corner = f"world {self.name}: ", ("x", "y", "radius"), ("x", "y")
-        lone = {"start": (*corner, "yaw"), "goal": corner, "bounds": ("x_min", "y_min", "x_max", "y_max")}
+        single_entries = {"start": (*corner, "yaw"), "goal": corner, "bounds": ("x_min", "y_min", "x_max", "y_max")}
         if self.bounds is None or not len(self.bounds):
             object.__setattr__(self, "bounds", None)
-            del lone["bounds"]
-        for name, entries in lone.items():
+            del single_entries["bounds"]
+        for name, entries in single_entries.items():
             object.__setattr__(self, name, check_numbers(getattr(self, name), place + name, entries))
         polygons = (_read_rows(polygon, f"{place}polygons[{k}]", corner) for k, polygon in enumerate(self.polygons))
         object.__setattr__(self, "polygons", tuple(polygons))
@@ -146,10 +146,10 @@ class World:
 
         A sphere blocks what it fills below the robot's height; above that it may bulge over the robot.
         """
-        sections = self.spheres.copy()
-        above = np.maximum(sections[:, 2] - self.height, 0.0)  # from the robot's top up to the sphere's equator
-        sections[:, 2] = np.sqrt(sections[:, 2] ** 2 - above**2)
-        return np.vstack((self.cylinders, sections))
+        sphere_sections = self.spheres.copy()
+        above = np.maximum(sphere_sections[:, 2] - self.height, 0.0)  # from the robot's top up to the sphere's equator
+        sphere_sections[:, 2] = np.sqrt(sphere_sections[:, 2] ** 2 - above**2)
+        return np.vstack((self.cylinders, sphere_sections))
 
     @cached_property
     def tree(self) -> shapely.STRtree:
@@ -159,8 +159,8 @@ class World:
     @cached_property
     def segments(self) -> np.ndarray:
         """Edges of all polygons and of the bounds, shape (s, 4): x1, y1, x2, y2."""
-        loops = [*self.polygons, *([] if self.bounds is None else [make_rectangle(*self.bounds)])]
-        return np.vstack([np.zeros((0, 4)), *(np.hstack((loop, np.roll(loop, -1, axis=0))) for loop in loops)])
+        edge_loops = [*self.polygons, *([] if self.bounds is None else [make_rectangle(*self.bounds)])]
+        return np.vstack([np.zeros((0, 4)), *(np.hstack((loop, np.roll(loop, -1, axis=0))) for loop in edge_loops)])
 
     @cached_property
     def extent(self) -> tuple[float, float, float, float]:
@@ -169,7 +169,7 @@ class World:
             return self.bounds
         centers, radii = self.discs[:, :2], self.discs[:, 2:]
         end_points = np.array([self.start[:2], self.goal])
-        ways = self.moving_obstacles.way_points[:, 1:]
-        places = np.vstack((end_points, centers - radii, centers + radii, *self.polygons, ways))
-        (x0, y0), (x1, y1) = places.min(axis=0) - OPEN_BORDER, places.max(axis=0) + OPEN_BORDER
+        mover_places = self.moving_obstacles.way_points[:, 1:]
+        all_places = np.vstack((end_points, centers - radii, centers + radii, *self.polygons, mover_places))
+        (x0, y0), (x1, y1) = all_places.min(axis=0) - OPEN_BORDER, all_places.max(axis=0) + OPEN_BORDER
         return float(x0), float(y0), float(x1), float(y1)

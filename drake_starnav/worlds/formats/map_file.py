@@ -75,16 +75,16 @@ def read_map(path: Path) -> OccupancyMap:
             f"map {path}: free_thresh is {free_threshold:g}, occupied_thresh is {occupied_threshold:g}; "
             "allowed: 0 <= free_thresh <= occupied_thresh <= 1"
         )
-    negate = keys.get("negate", 0)
-    if negate not in (0, 1):
-        raise StarnavError(f"map {path}: negate is {shown(negate)}; allowed: 0 or 1")
+    is_negated = keys.get("negate", 0)
+    if is_negated not in (0, 1):
+        raise StarnavError(f"map {path}: negate is {shown(is_negated)}; allowed: 0 or 1")
     mode = keys.get("mode", "trinary")
     if str(mode).lower() != "trinary":
         raise StarnavError(f"map {path}: mode is {shown(mode)}; allowed: trinary")
     if not isinstance(keys["image"], str):
         raise StarnavError(f"map {path}: image is {shown(keys['image'])}; allowed: a path relative to the map's folder")
     brightness = read_brightness(path.parent / keys["image"])
-    darkness = brightness if negate else 1.0 - brightness
+    darkness = brightness if is_negated else 1.0 - brightness
     cells = np.full(darkness.shape, UNKNOWN, np.int8)
     cells[darkness > occupied_threshold] = OCCUPIED
     cells[darkness < free_threshold] = FREE

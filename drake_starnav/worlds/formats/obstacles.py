@@ -36,15 +36,15 @@ class Obstacles:
             StarnavError: as in `World`, or a polygon is not simple.
         """
         world = World(name="obstacles", **vars(self))
-        parts = len(world.cylinders)
+        part_count = len(world.cylinders)
         for k, polygon in enumerate(world.polygons):
             try:
-                parts += len(split_into_convex_parts(polygon))
+                part_count += len(split_into_convex_parts(polygon))
             except StarnavError as error:
                 raise StarnavError(f"Obstacles.polygons[{k}]: {error}") from None
-        if parts > MOST_SHAPES:
+        if part_count > MOST_SHAPES:
             raise StarnavError(
-                f"Obstacles has {parts} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
+                f"Obstacles has {part_count} cylinders and convex parts of polygons; allowed: at most {MOST_SHAPES}"
             )
         return dataclasses.replace(world, polygons=tuple(map(simplify_outline, world.polygons)))
 

@@ -47,17 +47,17 @@ class RosMap:
             if given_numbers:
                 check_numbers(given_numbers, f"RosMap.{name}", entries)
         path = resolve_path(self.file)
-        grid = read_map(path)
+        map_grid = read_map(path)
         for value, name in ((OCCUPIED, "occupied"), (FREE, "free")):
-            if not (grid.cells == value).any():
+            if not (map_grid.cells == value).any():
                 raise StarnavError(f"map {path} has no {name} cell; allowed: a map with free and occupied cells")
-        self._check_cell("start", self.start, grid, path)
-        self._check_cell("goal", self.goal, grid, path)
+        self._check_cell("start", self.start, map_grid, path)
+        self._check_cell("goal", self.goal, map_grid, path)
         unknown_is_closed = self.unknown == "occupied"
-        solid = grid.cells != FREE if unknown_is_closed else grid.cells == OCCUPIED
+        is_solid = map_grid.cells != FREE if unknown_is_closed else map_grid.cells == OCCUPIED
         start, goal = list(self.start), list(self.goal)
         if not (start and goal):
-            end_points = self._random_ends(path, grid, solid, robot, rng)
+            end_points = self._random_ends(path, map_grid, is_solid, robot, rng)
             if end_points is None:
                 raise StarnavError(
                     f"map {path}: no start and goal {self.min_distance:g} m apart with a way for "
@@ -65,7 +65,7 @@ class RosMap:
                     "allowed: more free space, or a smaller robot or world.min_distance"
                 )
             start, goal = end_points
-        return self._world(path, grid, solid, start, goal)
+        return self._world(path, map_grid, is_solid, start, goal)
 
     def _world(self, path: Path, grid: OccupancyMap, solid: np.ndarray, start: list[float], goal: list[float]) -> World:
         return World(
@@ -98,14 +98,14 @@ class RosMap:
         if not place:
             return
         cell = grid.find_cell((place[0], place[1]))
-        where = f"RosMap.{name} is [{place[0]:g}, {place[1]:g}]"
+        place_text = f"RosMap.{name} is [{place[0]:g}, {place[1]:g}]"
         if cell is None:
-            raise StarnavError(f"{where}, outside of map {path}; allowed: a place on a free cell")
+            raise StarnavError(f"{place_text}, outside of map {path}; allowed: a place on a free cell")
         if grid.cells[cell] == OCCUPIED:
-            raise StarnavError(f"{where}, on an occupied cell of map {path}; allowed: a place on a free cell")
+            raise StarnavError(f"{place_text}, on an occupied cell of map {path}; allowed: a place on a free cell")
         if grid.cells[cell] != FREE and self.unknown == "occupied":
             raise StarnavError(
-                f"{where}, on an unknown cell of map {path}, and world.unknown is occupied; "
+                f"{place_text}, on an unknown cell of map {path}, and world.unknown is occupied; "
                 "allowed: a place on a free cell"
             )
 
@@ -117,10 +117,10 @@ class RosMap:
         for _ in range(1 if given_place else 200):
             start_place = places.near(given_place) if given_place else places.random(rng)
             point = given_place or places.centers[start_place].tolist()
-            others = places.find_in_reach(start_place, point, self.min_distance)
-            if len(others):
-                other = places.centers[rng.choice(others)].tolist()
-                begin, end = (other, point) if goal else (point, other)
+            other_places = places.find_in_reach(start_place, point, self.min_distance)
+            if len(other_places):
+                other_place = places.centers[rng.choice(other_places)].tolist()
+                begin, end = (other_place, point) if goal else (point, other_place)
                 return start or [*begin, draw_random_yaw(rng)], end
         return None
 
@@ -132,8 +132,8 @@ def _make_wall_rectangles(
     padded_cells = np.pad(solid, 1, constant_values=closes)
     rectangles = find_solid_rectangles(padded_cells, np.array([grid.find_cell((x, y)) for x, y in places]) + 1)
     i0, j0, i1, j1 = rectangles.T - 1.0
-    corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
-    return tuple(grid.to_world(corners))
+    cell_corners = np.array([(j0, i0), (j1, i0), (j1, i1), (j0, i1)]).transpose(2, 0, 1)
+    return tuple(grid.to_world(cell_corners))
 
 
 class _Places:
@@ -147,11 +147,11 @@ class _Places:
             passable = np.pad(passable, int(radius / grid.resolution) + 2, constant_values=True)
         border = (len(passable) - len(solid)) // 2
         # A solid cell reaches half its diagonal beyond its centre, at most.
-        room = ndimage.distance_transform_edt(passable) - np.sqrt(0.5)
-        labels, _ = ndimage.label(room * grid.resolution >= radius, np.ones((3, 3)))
-        labels = labels[border : border + solid.shape[0], border : border + solid.shape[1]]
-        rows, columns = np.nonzero((labels > 0) & (grid.cells == FREE))
-        self._labels = labels[rows, columns]
+        free_distances = ndimage.distance_transform_edt(passable) - np.sqrt(0.5)
+        area_labels, _ = ndimage.label(free_distances * grid.resolution >= radius, np.ones((3, 3)))
+        area_labels = area_labels[border : border + solid.shape[0], border : border + solid.shape[1]]
+        rows, columns = np.nonzero((area_labels > 0) & (grid.cells == FREE))
+        self._labels = area_labels[rows, columns]
         self.centers = grid.to_world(np.column_stack((columns, rows)) + 0.5)
 
     def random(self, rng: np.random.Generator) -> int:
@@ -164,5 +164,5 @@ class _Places:
 
     def find_in_reach(self, place: int, point: list[float], distance: float) -> np.ndarray:
         """Numbers of the places in reach of one that are at least a distance (m) from a point (x, y) of W."""
-        reach = self._labels == self._labels[place]
-        return np.flatnonzero(reach & (np.hypot(*(self.centers - point).T) >= distance))
+        is_reachable = self._labels == self._labels[place]
+        return np.flatnonzero(is_reachable & (np.hypot(*(self.centers - point).T) >= distance))

@@ -43,23 +43,23 @@ class WorldFile:
             StarnavError: the file is missing or not one of worlds.
         """
         path = find_shipped_file(file) or Path(file)
-        names = ", ".join(sorted(p.stem for p in find_model_path("worlds").glob(f"{kind.lower()}_*.json")))
-        place, allowed_text = f"world.file {shown(file)}", f"{names}, or the path of a JSON file of worlds"
+        shipped_names = ", ".join(sorted(p.stem for p in find_model_path("worlds").glob(f"{kind.lower()}_*.json")))
+        place, allowed_text = f"world.file {shown(file)}", f"{shipped_names}, or the path of a JSON file of worlds"
         text = read_text(path, place, allowed_text)
         with explain_read_errors(place, allowed_text):
-            content = json.loads(text)
-        entries = content.get("worlds") if isinstance(content, dict) else None
-        if not isinstance(entries, list) or not entries:
+            file_content = json.loads(text)
+        world_entries = file_content.get("worlds") if isinstance(file_content, dict) else None
+        if not isinstance(world_entries, list) or not world_entries:
             raise StarnavError(f"{path} has no list of worlds; allowed: {{'worlds': [...]}} with at least one")
         worlds: dict[int, dict[str, Any]] = {}
-        for k, entry in enumerate(entries):
+        for k, entry in enumerate(world_entries):
             number = entry.get("id") if isinstance(entry, dict) else None
             if isinstance(number, bool) or not isinstance(number, int) or number < 0 or number in worlds:
                 raise StarnavError(
                     f"{path}: worlds[{k}] has the id {shown(number)}; allowed: a whole number >= 0, each once"
                 )
             worlds[number] = entry
-        return cls(path, content, worlds)
+        return cls(path, file_content, worlds)
 
     def check_numbers(self, numbers: Iterable[int]) -> None:
         """Raise `StarnavError` unless the file has a world of each number."""
@@ -193,12 +193,12 @@ def _read_moving_obstacles(trajectories: Any, plugins: list) -> MovingObstacles:
     for k, plugin in enumerate(plugins):
         if not isinstance(trajectories, dict) or not isinstance(plugin, str) or plugin not in trajectories:
             raise StarnavError(f"plugins[{k}] is {shown(plugin)}; allowed: the name of one of the trajectories")
-        trajectory, where = trajectories[plugin], f"trajectories.{plugin}"
-        check_keys(trajectory, where, ("total", "keys"))
-        keys = enumerate(_list_world_numbers(trajectory, "keys"))
-        path = [check_numbers(key, f"{where}.keys[{n}]", ("t", "x", "y")) for n, key in keys]
-        (total,) = check_numbers([trajectory["total"]], f"{where}.total", ("a time in s",))
-        if path and total > path[-1][0]:
-            path.append((total, *path[-1][1:]))  # it waits until its path begins again
-        paths.append(np.array(path).reshape(-1, 3))
+        trajectory, trajectory_place = trajectories[plugin], f"trajectories.{plugin}"
+        check_keys(trajectory, trajectory_place, ("total", "keys"))
+        key_frames = enumerate(_list_world_numbers(trajectory, "keys"))
+        way_points = [check_numbers(key, f"{trajectory_place}.keys[{n}]", ("t", "x", "y")) for n, key in key_frames]
+        (total_time,) = check_numbers([trajectory["total"]], f"{trajectory_place}.total", ("a time in s",))
+        if way_points and total_time > way_points[-1][0]:
+            way_points.append((total_time, *way_points[-1][1:]))  # it waits until its path begins again
+        paths.append(np.array(way_points).reshape(-1, 3))
     return MovingObstacles(np.full(len(paths), 0.5), tuple(paths))

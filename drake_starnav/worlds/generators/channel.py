@@ -33,11 +33,11 @@ class Channel:
     def make(self, rng: np.random.Generator, robot: Footprint) -> World:
         """The channel for the disc around a robot; it is passable by construction."""
         shape = str(rng.choice(_SHAPES)) if self.shape == "any" else self.shape
-        length = rng.uniform(*_LENGTHS)
-        lanes = int(rng.integers(*_LANES, endpoint=True))
-        wall = rng.uniform(*_WALLS)
+        lane_length = rng.uniform(*_LENGTHS)
+        lane_count = int(rng.integers(*_LANES, endpoint=True))
+        wall_thickness = rng.uniform(*_WALLS)
         width = 2.0 * (robot.radius + self.clearance)
-        line = _make_middle_line(shape, length, lanes, width + wall)
+        line = _make_middle_line(shape, lane_length, lane_count, width + wall_thickness)
         angle = rng.uniform(-math.pi, math.pi)
         end_points = place(line[[0, -1]], (0.0, 0.0), angle)
         path_length = float(np.hypot(*np.diff(line, axis=0).T).sum())
@@ -45,7 +45,7 @@ class Channel:
             name="channel",
             start=(*end_points[0], draw_random_yaw(rng)),
             goal=tuple(end_points[1]),
-            polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _make_walls(line, width, wall)),
+            polygons=tuple(place(outline, (0.0, 0.0), angle) for outline in _make_walls(line, width, wall_thickness)),
             timeout=60.0 + path_length / 0.05,  # for that mean speed, m/s
         )
 
@@ -68,10 +68,10 @@ def _make_spiral(length: float, lanes: int, pitch: float) -> np.ndarray:
 
     It ends before the first run that is shorter than a pitch: the lanes at both ends of that one would merge.
     """
-    runs = [length] + [max(length - k * pitch, 0.0) for k in range(lanes) for _ in range(2)]
-    steps = itertools.cycle(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
+    run_lengths = [length] + [max(length - k * pitch, 0.0) for k in range(lanes) for _ in range(2)]
+    run_directions = itertools.cycle(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
     corners = [np.zeros(2)]
-    for run, step in zip(runs[:lanes], steps, strict=False):
+    for run, step in zip(run_lengths[:lanes], run_directions, strict=False):
         if run < pitch and len(corners) > 1:
             break
         corners.append(corners[-1] + run * np.array(step))
@@ -83,8 +83,8 @@ def _make_walls(line: np.ndarray, width: float, wall: float) -> list[np.ndarray]
     low, high = np.minimum(line[:-1], line[1:]) - 0.5 * width, np.maximum(line[:-1], line[1:]) + 0.5 * width
     x, y = (np.unique(np.round((low[:, a], high[:, a], low[:, a] - wall, high[:, a] + wall), 9)) for a in (0, 1))
     middle = np.stack(np.meshgrid(0.5 * (x[:-1] + x[1:]), 0.5 * (y[:-1] + y[1:]), indexing="ij"), axis=-1)[..., None, :]
-    free = ((middle > low) & (middle < high)).all(axis=-1).any(axis=-1)
-    solid = ((middle > low - wall) & (middle < high + wall)).all(axis=-1).any(axis=-1) & ~free
-    parts = find_solid_rectangles(~free)
-    inner_boxes = [(i0, j0, i1, j1) for i0, j0, i1, j1 in parts if solid[i0:i1, j0:j1].any()]
+    is_free = ((middle > low) & (middle < high)).all(axis=-1).any(axis=-1)
+    is_wall = ((middle > low - wall) & (middle < high + wall)).all(axis=-1).any(axis=-1) & ~is_free
+    solid_rectangles = find_solid_rectangles(~is_free)
+    inner_boxes = [(i0, j0, i1, j1) for i0, j0, i1, j1 in solid_rectangles if is_wall[i0:i1, j0:j1].any()]
     return [make_rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inner_boxes]

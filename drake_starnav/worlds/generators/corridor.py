@@ -20,33 +20,33 @@ class Corridor(Drawn):
     fin: float = parameter(0.4, "share of the width that a fin takes; 0 for smooth walls", low=0.0, high=0.9)
 
     def draw(self, rng: np.random.Generator) -> World:
-        pitch = _WIDTH + WALL
-        lanes = max(1, round(self.length / (8.0 - _WIDTH + pitch)))
+        lane_pitch = _WIDTH + WALL
+        lane_count = max(1, round(self.length / (8.0 - _WIDTH + lane_pitch)))
         # the middle line: straight runs of lane - width, and a step of one pitch between two lanes
-        run = (self.length - (lanes - 1) * pitch) / lanes
-        lane = run + _WIDTH
+        run_length = (self.length - (lane_count - 1) * lane_pitch) / lane_count
+        lane_length = run_length + _WIDTH
         polygons = []
-        for k in range(1, lanes):
-            y = k * pitch - WALL
-            x_left, x_right = (0.0, run) if k % 2 else (_WIDTH, lane)
+        for k in range(1, lane_count):
+            y = k * lane_pitch - WALL
+            x_left, x_right = (0.0, run_length) if k % 2 else (_WIDTH, lane_length)
             polygons.append(make_rectangle(x_left, y, x_right, y + WALL))
-        for k in range(lanes):
-            bottom, top = k * pitch, k * pitch + _WIDTH
+        for k in range(lane_count):
+            bottom, top = k * lane_pitch, k * lane_pitch + _WIDTH
             reach = self.fin * _WIDTH
             x = _WIDTH + rng.uniform(0.5, 1.5)
-            while reach > 0.0 and x < lane - _WIDTH - 0.5:
-                low = rng.random() < 0.5
+            while reach > 0.0 and x < lane_length - _WIDTH - 0.5:
+                is_low = rng.random() < 0.5
                 polygons.append(
-                    make_rectangle(x, bottom if low else top - reach, x + WALL, bottom + reach if low else top)
+                    make_rectangle(x, bottom if is_low else top - reach, x + WALL, bottom + reach if is_low else top)
                 )
                 x += rng.uniform(1.2, 2.5) * _WIDTH
-        half = _WIDTH / 2.0
-        goal_x = lane - half if lanes % 2 else half
+        half_width = _WIDTH / 2.0
+        goal_x = lane_length - half_width if lane_count % 2 else half_width
         return World(
             name="corridor",
-            start=(half, half, draw_random_yaw(rng)),
-            goal=(goal_x, (lanes - 1) * pitch + half),
+            start=(half_width, half_width, draw_random_yaw(rng)),
+            goal=(goal_x, (lane_count - 1) * lane_pitch + half_width),
             polygons=tuple(polygons),
-            bounds=(0.0, 0.0, lane, lanes * pitch - WALL),
+            bounds=(0.0, 0.0, lane_length, lane_count * lane_pitch - WALL),
             timeout=60.0 * self.length / 10.0,  # for a mean speed of 0.17 m/s along the middle line
         )

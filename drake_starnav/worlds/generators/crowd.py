@@ -48,19 +48,19 @@ class Crowd(Drawn):
         return dataclasses.replace(world, moving_obstacles=MovingObstacles(radii, paths))
 
     def draw(self, rng: np.random.Generator) -> World:
-        count = rng.integers(3, 6, endpoint=True)
-        places = rng.uniform((2.0, 1.0), (self.width - 2.0, _HEIGHT - 1.0), (count, 2))
+        column_count = rng.integers(3, 6, endpoint=True)
+        column_places = rng.uniform((2.0, 1.0), (self.width - 2.0, _HEIGHT - 1.0), (column_count, 2))
         walls = []
         for _ in range(rng.integers(1, 3, endpoint=True)):
-            middle = rng.uniform((3.0, 2.0), (self.width - 3.0, _HEIGHT - 2.0))
+            wall_middle = rng.uniform((3.0, 2.0), (self.width - 3.0, _HEIGHT - 2.0))
             half, thick = 0.5 * rng.uniform(1.5, 3.0), 0.06
-            walls.append(place(make_rectangle(-half, -thick, half, thick), middle, rng.uniform(0.0, math.pi)))
+            walls.append(place(make_rectangle(-half, -thick, half, thick), wall_middle, rng.uniform(0.0, math.pi)))
         start_y, goal_y = rng.uniform(0.8, _HEIGHT - 0.8, 2)
         return World(
             name="crowd",
             start=(rng.uniform(0.6, 1.4), start_y, draw_random_yaw(rng)),
             goal=(self.width - rng.uniform(0.6, 1.4), goal_y),
-            cylinders=np.column_stack((places, rng.uniform(0.15, 0.4, len(places)))),
+            cylinders=np.column_stack((column_places, rng.uniform(0.15, 0.4, len(column_places)))),
             polygons=tuple(walls),
             bounds=(0.0, 0.0, self.width, _HEIGHT),
             timeout=_DURATION,
@@ -70,8 +70,8 @@ class Crowd(Drawn):
         speed, winding = rng.uniform(*self.speed), rng.random() < 0.5
         for _ in range(_TRIES):
             position = rng.uniform(radius, (self.width - radius, _HEIGHT - radius))
-            room = compute_clearance(world, position[None])[0] - radius
-            if room < 0.05 or math.dist(position, world.start[:2]) < _HEAD_START:
+            free_distance = compute_clearance(world, position[None])[0] - radius
+            if free_distance < 0.05 or math.dist(position, world.start[:2]) < _HEAD_START:
                 continue
             path = draw_wandering_path(world, position, radius, speed, winding, rng)
             if path is not None and _find_longest_stay(path, radius + robot_radius, world.goal) <= _LONGEST_WAIT:
@@ -104,23 +104,23 @@ def draw_wandering_path(
     """
     least = radius + 0.5 * _SPACING  # at the checked places, so that none between them is nearer than the radius
     heading, time, turn_rate, next_turn = rng.uniform(-math.pi, math.pi), 0.0, 0.0, 0.0
-    points = [(time, *position)]
+    way_points = [(time, *position)]
     while time < _DURATION:
         if winding and time >= next_turn:
             turn_rate, next_turn = rng.uniform(-0.6, 0.6), time + rng.uniform(1.0, 3.0)
-        leg = 0.2 if winding else 2.0  # s: collision checks and changes of heading are per leg
-        heading += turn_rate * leg
-        steps = _count_free_steps(world, position, heading, least, math.ceil(speed * leg / _SPACING))
-        if steps > 0:
-            position = position + steps * _SPACING * _make_direction(heading)
-            time += steps * _SPACING / speed
-            points.append((time, *position))
-        if steps * _SPACING < speed * leg:
+        leg_duration = 0.2 if winding else 2.0  # s: collision checks and changes of heading are per leg
+        heading += turn_rate * leg_duration
+        step_count = _count_free_steps(world, position, heading, least, math.ceil(speed * leg_duration / _SPACING))
+        if step_count > 0:
+            position = position + step_count * _SPACING * _make_direction(heading)
+            time += step_count * _SPACING / speed
+            way_points.append((time, *position))
+        if step_count * _SPACING < speed * leg_duration:
             new_heading = _draw_free_heading(world, position, heading, least, rng)
             if new_heading is None:
                 return None
             heading = new_heading
-    return there_and_back(np.array(points))
+    return there_and_back(np.array(way_points))
 
 
 def _make_direction(heading: float) -> np.ndarray:
@@ -140,8 +140,8 @@ def _draw_free_heading(
     """A free heading: roughly mirrored at the nearest obstacle, else any; None if none was found."""
     offsets = 1e-4 * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     right_gap, left_gap, upper_gap, lower_gap = compute_clearance(world, position + offsets)
-    normal = math.atan2(upper_gap - lower_gap, right_gap - left_gap)
-    mirrored_heading = 2.0 * normal + math.pi - heading + rng.uniform(-0.15, 0.15)
+    surface_normal = math.atan2(upper_gap - lower_gap, right_gap - left_gap)
+    mirrored_heading = 2.0 * surface_normal + math.pi - heading + rng.uniform(-0.15, 0.15)
     for candidate in (mirrored_heading, *rng.uniform(-math.pi, math.pi, 50)):
         if _count_free_steps(world, position, candidate, least, 1):
             return float(candidate)
@@ -176,21 +176,21 @@ class StopAndGo:
         )
 
     def _draw_path(self, start: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
-        low = np.full(2, radius + 0.1)  # m, between a moving obstacle and the walls
-        high = _ROOM - radius - 0.1
+        lower_limits = np.full(2, radius + 0.1)  # m, between a moving obstacle and the walls
+        upper_limits = _ROOM - radius - 0.1
         for _ in range(_TRIES):
-            place = rng.uniform(low, high)
+            place = rng.uniform(lower_limits, upper_limits)
             if math.dist(place, start) >= _HEAD_START:
                 break
         speed, time = rng.uniform(*self.speed), 0.0
-        points = [(time, *place)]
+        way_points = [(time, *place)]
         while time < 60.0:  # s, until it returns along the same path
             time += rng.uniform(0.5, 6.0)
-            points.append((time, *place))
-            place, duration = _draw_walk(place, speed, low, high, rng)
+            way_points.append((time, *place))
+            place, duration = _draw_walk(place, speed, lower_limits, upper_limits, rng)
             time += duration
-            points.append((time, *place))
-        return there_and_back(np.array(points))
+            way_points.append((time, *place))
+        return there_and_back(np.array(way_points))
 
 
 def _draw_walk(

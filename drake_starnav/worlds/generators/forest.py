@@ -24,19 +24,19 @@ class Forest(Drawn):
     )
 
     def draw(self, rng: np.random.Generator) -> World:
-        spacing = 2.0 * self.radius + rng.uniform(*self.gap)
+        tree_spacing = 2.0 * self.radius + rng.uniform(*self.gap)
         wanted_count = int(rng.integers(*self.trees, endpoint=True))
         # a dense forest is full after this many places were tried
-        places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (4000, 2))
-        trees = np.empty((0, 2))
-        while len(trees) < wanted_count and len(places):
-            trees = np.vstack((trees, places[:1]))
-            places = places[np.hypot(*(places - places[0]).T) >= spacing]
+        free_places = rng.uniform((_CLEARING, 0.0), (self.width - _CLEARING, self.height), (4000, 2))
+        tree_places = np.empty((0, 2))
+        while len(tree_places) < wanted_count and len(free_places):
+            tree_places = np.vstack((tree_places, free_places[:1]))
+            free_places = free_places[np.hypot(*(free_places - free_places[0]).T) >= tree_spacing]
         start_y, goal_y = rng.uniform(0.8, self.height - 0.8, 2)
         return World(
             name="forest",
             start=(rng.uniform(0.4, 1.2), start_y, draw_random_yaw(rng)),
             goal=(self.width - rng.uniform(0.4, 1.2), goal_y),
-            cylinders=np.column_stack((trees, np.full(len(trees), self.radius))),
+            cylinders=np.column_stack((tree_places, np.full(len(tree_places), self.radius))),
             bounds=(-0.3, -0.6, self.width + 0.3, self.height + 0.6),
         )

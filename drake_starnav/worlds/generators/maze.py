@@ -35,23 +35,23 @@ class Maze(Drawn):
         return self._draw_cells(rng) if family == "cells" else self._draw_open(rng)
 
     def _draw_cells(self, rng: np.random.Generator) -> World:
-        n = int(rng.integers(*self.cells, endpoint=True))
-        cell = self.size / n
-        half = rng.uniform(0.1, 0.15) / 2.0
-        right, upper = _draw_spanning_tree_walls(n, rng)
+        cell_count = int(rng.integers(*self.cells, endpoint=True))
+        cell_size = self.size / cell_count
+        half_wall = rng.uniform(0.1, 0.15) / 2.0
+        right_walls, upper_walls = _draw_spanning_tree_walls(cell_count, rng)
         # a perfect maze has one way only: open some more walls to make loops
-        share = rng.uniform(0.1, 0.35)
-        right &= rng.random(right.shape) > share
-        upper &= rng.random(upper.shape) > share
+        opened_share = rng.uniform(0.1, 0.35)
+        right_walls &= rng.random(right_walls.shape) > opened_share
+        upper_walls &= rng.random(upper_walls.shape) > opened_share
         polygons = []
-        for i, j in np.argwhere(right):
-            x, y = (i + 1) * cell, j * cell
-            polygons.append(make_rectangle(x - half, y - half, x + half, y + cell + half))
-        for i, j in np.argwhere(upper):
-            x, y = i * cell, (j + 1) * cell
-            polygons.append(make_rectangle(x - half, y - half, x + cell + half, y + half))
-        start, goal = (rng.integers(n, size=2) + 0.5) * cell
-        end_points = np.array([(0.5 * cell, start), ((n - 0.5) * cell, goal)])
+        for i, j in np.argwhere(right_walls):
+            x, y = (i + 1) * cell_size, j * cell_size
+            polygons.append(make_rectangle(x - half_wall, y - half_wall, x + half_wall, y + cell_size + half_wall))
+        for i, j in np.argwhere(upper_walls):
+            x, y = i * cell_size, (j + 1) * cell_size
+            polygons.append(make_rectangle(x - half_wall, y - half_wall, x + cell_size + half_wall, y + half_wall))
+        start, goal = (rng.integers(cell_count, size=2) + 0.5) * cell_size
+        end_points = np.array([(0.5 * cell_size, start), ((cell_count - 0.5) * cell_size, goal)])
         if rng.random() < 0.5:
             end_points = end_points[:, ::-1]
         return World(
@@ -66,23 +66,23 @@ class Maze(Drawn):
     def _draw_open(self, rng: np.random.Generator) -> World:
         size, half = self.size, _WALL / 2.0
         polygons = []
-        lines = np.arange(3.0, size - 2.5)
-        for x in rng.choice(lines, size=min(len(lines), int(rng.integers(1, 4))), replace=False):
+        wall_places = np.arange(3.0, size - 2.5)
+        for x in rng.choice(wall_places, size=min(len(wall_places), int(rng.integers(1, 4))), replace=False):
             door = rng.uniform(0.9, 1.2)
             y = rng.uniform(0.3, size - 0.3 - door)
             polygons += [make_rectangle(x - half, 0.0, x + half, y), make_rectangle(x - half, y + door, x + half, size)]
         for _ in range(rng.integers(*self.traps, endpoint=True)):
-            arms = int(rng.choice(3, p=(0.2, 0.3, 0.5)))
-            shape = make_trap(rng.uniform(1.0, 2.6), rng.uniform(0.8, 2.2), _WALL, arms)
+            arm_count = int(rng.choice(3, p=(0.2, 0.3, 0.5)))
+            trap_shape = make_trap(rng.uniform(1.0, 2.6), rng.uniform(0.8, 2.2), _WALL, arm_count)
             quarter_turns = rng.integers(4) * math.pi / 2.0
-            angle = rng.uniform(0.0, 2.0 * math.pi) if rng.random() < 0.5 else quarter_turns
-            polygons.append(place(shape, rng.uniform(1.0, size - 1.0, 2), angle))
+            trap_angle = rng.uniform(0.0, 2.0 * math.pi) if rng.random() < 0.5 else quarter_turns
+            polygons.append(place(trap_shape, rng.uniform(1.0, size - 1.0, 2), trap_angle))
         cylinders: list[tuple[float, ...]] = []
         spheres: list[tuple[float, ...]] = []
         for _ in range(rng.integers(3, 9)):
             disc = (*rng.uniform(0.8, size - 0.8, 2), rng.uniform(0.15, 0.4))
-            sphere = disc[2] >= 0.2 and rng.random() < 0.5  # the lidar passes over the widest part of smaller ones
-            (spheres if sphere else cylinders).append(disc)
+            is_sphere = disc[2] >= 0.2 and rng.random() < 0.5  # the lidar passes over the widest part of smaller ones
+            (spheres if is_sphere else cylinders).append(disc)
         start_y, goal_y = rng.uniform(0.4, size - 0.4, 2)
         return World(
             name="maze",
@@ -99,22 +99,22 @@ class Maze(Drawn):
 def _draw_spanning_tree_walls(n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Walls of a perfect maze on n x n cells, carved by a random depth-first walk: whether one stands between cells (i,
     j) and (i + 1, j), shape (n - 1, n), and between (i, j) and (i, j + 1), shape (n, n - 1)."""
-    right, upper = np.ones((n - 1, n), bool), np.ones((n, n - 1), bool)
+    right_walls, upper_walls = np.ones((n - 1, n), bool), np.ones((n, n - 1), bool)
     is_seen = np.zeros((n, n), bool)
-    trail = [(int(rng.integers(n)), int(rng.integers(n)))]
-    is_seen[trail[0]] = True
-    while trail:
-        i, j = trail[-1]
+    cell_trail = [(int(rng.integers(n)), int(rng.integers(n)))]
+    is_seen[cell_trail[0]] = True
+    while cell_trail:
+        i, j = cell_trail[-1]
         neighbours = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
-        fresh = [(a, b) for a, b in neighbours if 0 <= a < n and 0 <= b < n and not is_seen[a, b]]
-        if not fresh:
-            trail.pop()
+        unseen_neighbours = [(a, b) for a, b in neighbours if 0 <= a < n and 0 <= b < n and not is_seen[a, b]]
+        if not unseen_neighbours:
+            cell_trail.pop()
             continue
-        a, b = fresh[rng.integers(len(fresh))]
+        a, b = unseen_neighbours[rng.integers(len(unseen_neighbours))]
         if a != i:
-            right[min(a, i), j] = False
+            right_walls[min(a, i), j] = False
         else:
-            upper[i, min(b, j)] = False
+            upper_walls[i, min(b, j)] = False
         is_seen[a, b] = True
-        trail.append((a, b))
-    return right, upper
+        cell_trail.append((a, b))
+    return right_walls, upper_walls

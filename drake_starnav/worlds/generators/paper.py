@@ -86,20 +86,20 @@ class PaperRoom(Drawn):
 
     def draw(self, rng: np.random.Generator) -> World:
         width, depth = _POCKET
-        left_end, end = rng.uniform(1.4, 1.9), _WIDTH - _WAY_ROUND
-        right, top, half = left_end + width, _CROSS + depth, 0.5 * WALL
+        left_end, right_end = rng.uniform(1.4, 1.9), _WIDTH - _WAY_ROUND
+        pocket_right, pocket_top, half = left_end + width, _CROSS + depth, 0.5 * WALL
         walls = [
             (0.0, _CROSS, left_end, _CROSS),
-            (right, _CROSS, end, _CROSS),
-            (left_end, _CROSS, left_end, top - width),
-            (left_end - width, top - width, left_end, top - width),
-            (left_end - width, top - width, left_end - width, top),
-            (left_end - width, top, right, top),
-            (right, _CROSS, right, top),
+            (pocket_right, _CROSS, right_end, _CROSS),
+            (left_end, _CROSS, left_end, pocket_top - width),
+            (left_end - width, pocket_top - width, left_end, pocket_top - width),
+            (left_end - width, pocket_top - width, left_end - width, pocket_top),
+            (left_end - width, pocket_top, pocket_right, pocket_top),
+            (pocket_right, _CROSS, pocket_right, pocket_top),
         ]
         outlines = [make_rectangle(x0 - half, y0 - half, x1 + half, y1 + half) for x0, y0, x1, y1 in walls]
-        areas = ((3.4, 1.3, 4.8, 2.2), (4.8, 4.0, 5.4, 5.0), (0.6, 6.3, 2.6, 6.8), (3.0, 6.0, 5.0, 7.0))
-        discs = [(*_draw_place(rng, [area]), rng.uniform(0.1, 0.25)) for area in areas]
+        disc_areas = ((3.4, 1.3, 4.8, 2.2), (4.8, 4.0, 5.4, 5.0), (0.6, 6.3, 2.6, 6.8), (3.0, 6.0, 5.0, 7.0))
+        discs = [(*_draw_place(rng, [area]), rng.uniform(0.1, 0.25)) for area in disc_areas]
         start, goal = rng.uniform((0.6, 0.5), (3.2, 1.2)), rng.uniform((0.8, 7.0), (2.4, 7.5))
         end_points, cylinders = np.array((start, goal)), np.array(discs)
         if rng.random() < 0.5:  # the same, seen in a mirror

@@ -17,9 +17,9 @@ class Room(Drawn):
     """A room crossed from bottom to top; a U-shaped dead end in the middle opens towards the start."""
 
     def draw(self, rng: np.random.Generator) -> World:
-        middle = rng.uniform((_WIDTH / 3.0, 0.525 * _HEIGHT), (_WIDTH / 1.5, 0.7 * _HEIGHT))
+        trap_middle = rng.uniform((_WIDTH / 3.0, 0.525 * _HEIGHT), (_WIDTH / 1.5, 0.7 * _HEIGHT))
         dead_end = make_trap(rng.uniform(1.6, 3.0), rng.uniform(1.0, 2.2), WALL, arms=2)
-        polygons = [place(dead_end, middle, rng.uniform(-0.4, 0.4) - math.pi / 2.0)]
+        polygons = [place(dead_end, trap_middle, rng.uniform(-0.4, 0.4) - math.pi / 2.0)]
         cylinders = []
         for _ in range(rng.integers(3, 7, endpoint=True)):
             position = rng.uniform(0.5, (_WIDTH - 0.5, _HEIGHT - 0.5))

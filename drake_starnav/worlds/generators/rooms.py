@@ -42,26 +42,26 @@ class Rooms:
             StarnavError: the robot does not fit through a door or beside the goal.
         """
         self._check_sizes(robot.radius, robot.cover_radius)
-        n, side = self.count, self.count * _SIZE
+        n, square_side = self.count, self.count * _SIZE
         is_joined = _draw_joined_rooms(n, _SHUT, rng)
         polygons = []
         for axis in (0, 1):
             for i, j in np.ndindex(n - 1, n):
-                wall, along_wall = (i + 1) * _SIZE, j * _SIZE
+                wall_place, along_wall = (i + 1) * _SIZE, j * _SIZE
                 gap = along_wall + rng.uniform(_DOOR_POST, _SIZE - self.door - _DOOR_POST)
                 pieces = [(along_wall, gap), (gap + self.door, along_wall + _SIZE)] if is_joined[axis][i, j] else []
                 for first, last in pieces or [(along_wall, along_wall + _SIZE)]:
-                    low, high = (wall - WALL / 2.0, first), (wall + WALL / 2.0, last)
+                    low, high = (wall_place - WALL / 2.0, first), (wall_place + WALL / 2.0, last)
                     polygons.append(
                         make_rectangle(*low, *high) if axis == 0 else make_rectangle(*low[::-1], *high[::-1])
                     )
-        goal, niche = self._goal(rng, robot.radius, side)
+        goal, niche = self._goal(rng, robot.radius, square_side)
         return World(
             name="rooms",
             start=(0.5 * _SIZE, 0.5 * _SIZE, draw_random_yaw(rng)),
             goal=goal,
             polygons=(*polygons, *niche),
-            bounds=(0.0, 0.0, side, side),
+            bounds=(0.0, 0.0, square_side, square_side),
         )
 
     def _check_sizes(self, robot_radius: float, cover_radius: float) -> None:
@@ -85,24 +85,24 @@ class Rooms:
         self, rng: np.random.Generator, robot_radius: float, side: float
     ) -> tuple[tuple[float, float], list[np.ndarray]]:
         """The goal in the last room, and the two walls of its niche, if it lies in one."""
-        kind = str(rng.choice(_GOALS)) if self.goal == "any" else self.goal
+        goal_kind = str(rng.choice(_GOALS)) if self.goal == "any" else self.goal
         wall_distance = robot_radius + self.goal_clearance
-        if kind == "corner":
+        if goal_kind == "corner":
             return (side - wall_distance, side - wall_distance), []
         y = side - _SIZE + rng.uniform(0.35, 0.65) * _SIZE
-        if kind == "wall":
+        if goal_kind == "wall":
             return (side - wall_distance, y), []
-        depth = (
+        niche_depth = (
             robot_radius + wall_distance
         )  # the niche is as deep as the robot is wide, and leaves it room on both sides
         half = robot_radius + max(self.goal_clearance, 0.05)
-        sides = [
+        niche_sides = [
             make_rectangle(
-                side - depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign
+                side - niche_depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign
             )
             for sign in (-1.0, 1.0)
         ]
-        return (side - wall_distance, y), sides
+        return (side - wall_distance, y), niche_sides
 
 
 def _draw_joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -111,12 +111,12 @@ def _draw_joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[n
     A random spanning tree of doors stays open, and each other door with probability 1 - `shut`.
     """
     is_joined = (rng.random((n - 1, n)) >= shut, rng.random((n - 1, n)) >= shut)
-    group = np.arange(n * n).reshape(n, n)
-    walls = [(axis, i, j) for axis in (0, 1) for i in range(n - 1) for j in range(n)]
-    for k in rng.permutation(len(walls)):
-        axis, i, j = walls[k]
+    room_groups = np.arange(n * n).reshape(n, n)
+    inner_walls = [(axis, i, j) for axis in (0, 1) for i in range(n - 1) for j in range(n)]
+    for k in rng.permutation(len(inner_walls)):
+        axis, i, j = inner_walls[k]
         this_room, next_room = ((i, j), (i + 1, j)) if axis == 0 else ((j, i), (j, i + 1))
-        if group[this_room] != group[next_room]:
-            group[group == group[next_room]] = group[this_room]
+        if room_groups[this_room] != room_groups[next_room]:
+            room_groups[room_groups == room_groups[next_room]] = room_groups[this_room]
             is_joined[axis][i, j] = True
     return is_joined
