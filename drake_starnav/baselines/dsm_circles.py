@@ -40,13 +40,13 @@ def compute_directional_mean(reference: np.ndarray, vectors: np.ndarray, weights
     """
     length = np.hypot(*vectors.T)
     is_counted = (weights > 0.0) & (length > 0.0)
-    units, shares = vectors[is_counted] / length[is_counted, None], weights[is_counted]
-    if len(shares) == 1 and shares[0] >= 1.0:
-        return units[0]
-    cosine, sine = units @ reference, reference[0] * units[:, 1] - reference[1] * units[:, 0]
-    angle = np.where(cosine < 1.0 - PARALLEL, np.arctan2(sine, cosine), 0.0)
-    angle[cosine <= PARALLEL - 1.0] = math.pi  # the left turn, whatever rounding says about the side
-    return transform_points(np.array((0.0, 0.0, shares @ angle)), reference[None])[0]
+    unit_vectors, weight_shares = vectors[is_counted] / length[is_counted, None], weights[is_counted]
+    if len(weight_shares) == 1 and weight_shares[0] >= 1.0:
+        return unit_vectors[0]
+    cosine, sine = unit_vectors @ reference, reference[0] * unit_vectors[:, 1] - reference[1] * unit_vectors[:, 0]
+    vector_angles = np.where(cosine < 1.0 - PARALLEL, np.arctan2(sine, cosine), 0.0)
+    vector_angles[cosine <= PARALLEL - 1.0] = math.pi  # the left turn, whatever rounding says about the side
+    return transform_points(np.array((0.0, 0.0, weight_shares @ vector_angles)), reference[None])[0]
 
 
 @dataclass(frozen=True)
@@ -99,19 +99,19 @@ def compute_dsm_velocity(
     """
     if len(circles) == 0:
         return nominal_velocity.copy()
-    references = circles[:, :2] if reference_points is None else reference_points
+    reference_places = circles[:, :2] if reference_points is None else reference_points
     offset, speed = position - circles[:, :2], math.hypot(*nominal_velocity)
     distance, radius = np.hypot(*offset.T), circles[:, 2] + robot_radius
     if speed == 0.0 or not distance.all():
         return np.zeros(2)
-    normal = offset / distance[:, None]
+    normals = offset / distance[:, None]
     gamma = np.where(distance > radius, 1.0 + distance - radius, distance / np.maximum(radius, 1e-300))
-    directions = _compute_reference_directions(position - references, normal)
-    cosine, influence = (directions * normal).sum(axis=1), 1.0 / np.maximum(gamma, 1.0)
-    radial = normal @ nominal_velocity / cosine
+    directions = _compute_reference_directions(position - reference_places, normals)
+    cosine, influence = (directions * normals).sum(axis=1), 1.0 / np.maximum(gamma, 1.0)
+    radial = normals @ nominal_velocity / cosine
     radial[radial <= 0.0] *= 1.0 - influence[radial <= 0.0]
-    across = directions[:, 0] * nominal_velocity[1] - directions[:, 1] * nominal_velocity[0]
-    tangential, tangents = across / cosine * (1.0 + influence), np.column_stack((-normal[:, 1], normal[:, 0]))
+    cross_speeds = directions[:, 0] * nominal_velocity[1] - directions[:, 1] * nominal_velocity[0]
+    tangential, tangents = cross_speeds / cosine * (1.0 + influence), np.column_stack((-normals[:, 1], normals[:, 0]))
     modulated_vectors, weights = radial[:, None] * directions + tangential[:, None] * tangents, _compute_weights(gamma)
     return (
         weights

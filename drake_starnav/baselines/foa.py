@@ -75,10 +75,10 @@ def compute_foa_velocity(
     speed = math.hypot(*velocity)
     directions, distances = _select_hits(position, points, radius)
     vector_away = -_compute_weights(distances, 1.0, math.inf) @ directions
-    m = math.hypot(*vector_away)
-    if speed == 0.0 or m == 0.0 or vector_away @ velocity >= 0.0:
+    nearness = math.hypot(*vector_away)
+    if speed == 0.0 or nearness == 0.0 or vector_away @ velocity >= 0.0:
         return velocity.copy()
-    modulated_vector = _modulate_vector(velocity, vector_away / m, vector_away / m, m)
+    modulated_vector = _modulate_vector(velocity, vector_away / nearness, vector_away / nearness, nearness)
     length = math.hypot(*modulated_vector)
     return modulated_vector * (speed / length) if length > min(speed, CREEP_SPEED) else modulated_vector
 
@@ -116,17 +116,17 @@ def _around_clusters(
     has_direction = directions.any(axis=1)
     if not has_direction.any():
         return velocity.copy()
-    shares = _compute_weights(distances, CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
+    hit_weights = _compute_weights(distances, CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
 
     clusters = int(labels.max()) + 1
     vectors, normals, weights = np.zeros((clusters + 1, 2)), np.zeros((clusters + 1, 2)), np.zeros(clusters + 1)
     nearest_clustered = distances[has_direction & (labels >= 0)].min(initial=math.inf)
     is_near = (labels == -1) & has_direction & (distances < nearest_clustered)
     for k in range(clusters + 1):  # the last one is what is in no cluster, but nearer
-        members = is_near if k == clusters else (labels == k) & has_direction
+        is_member = is_near if k == clusters else (labels == k) & has_direction
         if k == clusters:
-            shares[members] = _compute_weights(distances[members], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
-        vector_away = -shares[members] @ directions[members]
+            hit_weights[is_member] = _compute_weights(distances[is_member], CLUSTER_LENGTH, CLUSTER_WEIGHT_LIMIT)
+        vector_away = -hit_weights[is_member] @ directions[is_member]
         m = math.hypot(*vector_away)
         if m == 0.0:
             continue
@@ -169,15 +169,15 @@ def _compute_weights(distances: np.ndarray, length: float, limit: float) -> np.n
 def _compute_stretching(m: float, leaving: float) -> tuple[float, float]:
     """Scales along and across the reference direction; `leaving` is the cosine of v to the normal, if positive."""
     root = math.sqrt(m)
-    across = 1.0 + math.sin(0.5 * math.pi * root) if root < 1.0 else 2.0 * math.sin(0.5 * math.pi / root)
+    scale_across = 1.0 + math.sin(0.5 * math.pi * root) if root < 1.0 else 2.0 * math.sin(0.5 * math.pi / root)
     scale_along = math.cos(0.5 * math.pi * root) if root < 2.0 else -1.0
     if leaving <= 0.0:
-        return scale_along, across
+        return scale_along, scale_across
     # Behind an obstacle both scales become one: the direction is kept.
     closeness = min(1.0, 1.0 / m)
-    free = closeness * leaving + (1.0 - closeness * leaving) * across
-    both = closeness * free + (1.0 - closeness) * scale_along
-    return both, both
+    free = closeness * leaving + (1.0 - closeness * leaving) * scale_across
+    common_scale = closeness * free + (1.0 - closeness) * scale_along
+    return common_scale, common_scale
 
 
 def _compute_reference_direction(normal: np.ndarray, offset: np.ndarray, radius: float) -> np.ndarray:
@@ -200,10 +200,10 @@ def _modulate_vector(vector: np.ndarray, normal: np.ndarray, reference: np.ndarr
 
 def _compute_slowdown(velocity: np.ndarray, normal: np.ndarray, distance: float, far_distance: float) -> float:
     """The share of the speed that is kept near an obstacle with the mean normal n."""
-    approach, length = float(velocity @ normal), math.hypot(*normal)
-    if approach > 0.0 or length < 1e-8 or distance >= far_distance:
+    approach_speed, length = float(velocity @ normal), math.hypot(*normal)
+    if approach_speed > 0.0 or length < 1e-8 or distance >= far_distance:
         return 1.0
     if distance <= 0.0:
-        return 0.0 if approach < -1e-3 else 1.0
+        return 0.0 if approach_speed < -1e-3 else 1.0
     power = ((far_distance - distance) / distance * length) ** (1.0 / 3.0)
-    return max(0.0, 1.0 + APPROACH_SLOWDOWN * approach) ** power
+    return max(0.0, 1.0 + APPROACH_SLOWDOWN * approach_speed) ** power

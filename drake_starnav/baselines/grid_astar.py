@@ -19,9 +19,9 @@ BORDER = 4.0
 
 def add_hits(hits: np.ndarray, new: np.ndarray, radius: float) -> np.ndarray:
     """Return hits (n, 2) and new ones (m, 2), W, m, one in each quarter of a cell of a robot of this radius."""
-    both = np.vstack((hits, new))
-    _, first = np.unique(np.floor(both / (0.25 * CELL * radius)), axis=0, return_index=True)
-    return both[np.sort(first)]
+    all_hits = np.vstack((hits, new))
+    _, first_indices = np.unique(np.floor(all_hits / (0.25 * CELL * radius)), axis=0, return_index=True)
+    return all_hits[np.sort(first_indices)]
 
 
 def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radius: float) -> np.ndarray:
@@ -35,26 +35,26 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
     Returns:
         Way points, shape (k, 2), W, m: the farthest in straight reach, the cells after it, the goal. Empty: no way.
     """
-    cell = CELL * radius
+    cell_size = CELL * radius
     known_points = np.vstack((hits, position, goal))
     origin = known_points.min(axis=0) - BORDER * radius
-    shape = np.ceil((known_points.max(axis=0) + BORDER * radius - origin) / cell).astype(int)
-    centers = origin + cell * np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
-    hit_distances = np.full(tuple(shape), np.inf)
+    grid_shape = np.ceil((known_points.max(axis=0) + BORDER * radius - origin) / cell_size).astype(int)
+    cell_centers = origin + cell_size * np.stack(np.meshgrid(*map(np.arange, grid_shape), indexing="ij"), axis=-1)
+    hit_distances = np.full(tuple(grid_shape), np.inf)
     if len(hits):
-        hit_distances, _ = cKDTree(hits).query(centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
+        hit_distances, _ = cKDTree(hits).query(cell_centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
     soft = np.clip(1.0 - (hit_distances / radius - 1.0) / SOFT_ZONE, 0.0, 1.0)
     weight = np.where(hit_distances < (1.0 - SLACK) * radius, 0.0, 10.0 * (1.0 + SOFT_COST * soft)).astype(np.uint8)
     weight[0] = weight[-1] = weight[:, 0] = weight[:, -1] = 0
-    start, end = (np.rint((place - origin) / cell).astype(int) for place in (position, goal))
+    start, end = (np.rint((place - origin) / cell_size).astype(int) for place in (position, goal))
     cost = np.zeros(weight.shape, np.int32)
     search_buckets(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
-    field = CostField(cost, weight, origin + cell, cell, Grid.empty(0.5 * cell, 0.0))
+    field = CostField(cost, weight, origin + cell_size, cell_size, Grid.empty(0.5 * cell_size, 0.0))
     path = field.path(position)
     if not len(path):
         return path
     path = np.vstack((path, goal))
-    reach = next((k for k in range(len(path) - 1, 0, -1) if _is_free(weight, position, path[k], origin, cell)), 0)
+    reach = next((k for k in range(len(path) - 1, 0, -1) if _is_free(weight, position, path[k], origin, cell_size)), 0)
     return path[reach:]
 
 

@@ -60,22 +60,22 @@ def make_known_obstacles(
     The bounds are (x_min, y_min, x_max, y_max), None for an open plane; circles are inflated by the robot's radius.
     """
     circles = np.vstack((discs, _make_walls(bounds)))
-    count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius
-    offset = centres[None, :, :] - centres[:count, None, :]
+    disc_count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius
+    offset = centres[None, :, :] - centres[:disc_count, None, :]
     distance = np.hypot(offset[..., 0], offset[..., 1])
-    overlaps = (distance < radii[:count, None] + radii) & (distance > 0.0)
+    do_overlap = (distance < radii[:disc_count, None] + radii) & (distance > 0.0)
     references = centres.copy()
-    groups, group = connected_components(overlaps[:, :count], directed=False)
-    for k in range(groups):
-        one, other = np.nonzero(overlaps & (group == k)[:, None])
+    group_count, disc_groups = connected_components(do_overlap[:, :disc_count], directed=False)
+    for k in range(group_count):
+        one, other = np.nonzero(do_overlap & (disc_groups == k)[:, None])
         if not len(one):
             continue
-        at_wall = other >= count
+        at_wall = other >= disc_count
         if at_wall.any():
             one, other = one[at_wall], other[at_wall]
         middle_distance = 0.5 * (distance[one, other] + radii[one] - radii[other])
         middle = centres[one] + (middle_distance / distance[one, other])[:, None] * offset[one, other]
-        members = np.flatnonzero(group == k)
+        members = np.flatnonzero(disc_groups == k)
         references[members] = _find_nearest_inside(middle.mean(axis=0), centres[members], DEPTH * radii[members])
     return KnownObstacles(circles, references)
 

@@ -45,18 +45,18 @@ class FaultyBeams:
         """
         count, yaw = len(scan.ranges), float(pose[2])
         known_state = self if len(self.scans) == count else FaultyBeams.none(count)
-        lone = _find_lone_hits(scan)
-        scans = np.where(lone, known_state.scans + 1, np.where(np.isnan(scan.ranges), known_state.scans, 0))
-        order = slice(None, None, -1 if mount.upside_down else 1)
-        ranges, every = np.where(lone, scan.ranges, 0.0)[order], np.ones(count, bool)
-        hits = align_with_robot(scan, mount).points_at(ranges, every, mount.find_lidar_pose(pose))[order]
-        places = np.where((scans == 1)[:, None], hits, known_state.places)
-        yaws = np.where(scans == 1, yaw, known_state.yaws)
+        is_lone = _find_lone_hits(scan)
+        lone_counts = np.where(is_lone, known_state.scans + 1, np.where(np.isnan(scan.ranges), known_state.scans, 0))
+        beam_order = slice(None, None, -1 if mount.upside_down else 1)
+        ranges, every_beam = np.where(is_lone, scan.ranges, 0.0)[beam_order], np.ones(count, bool)
+        hits = align_with_robot(scan, mount).points_at(ranges, every_beam, mount.find_lidar_pose(pose))[beam_order]
+        places = np.where((lone_counts == 1)[:, None], hits, known_state.places)
+        yaws = np.where(lone_counts == 1, yaw, known_state.yaws)
         moved_distance = np.hypot(*(hits - places).T)
         turned_angle = np.abs((yaw - yaws + math.pi) % (2.0 * math.pi) - math.pi)
-        errs = lone & (scans >= FEWEST_SCANS) & (turned_angle >= LEAST_TURN) & (moved_distance >= LEAST_WAY)
-        next_state = FaultyBeams(known_state.faulty | errs, scans, places, yaws)
-        return next_state, lose_beams(scan, np.flatnonzero(next_state.faulty & lone))
+        errs = is_lone & (lone_counts >= FEWEST_SCANS) & (turned_angle >= LEAST_TURN) & (moved_distance >= LEAST_WAY)
+        next_state = FaultyBeams(known_state.faulty | errs, lone_counts, places, yaws)
+        return next_state, lose_beams(scan, np.flatnonzero(next_state.faulty & is_lone))
 
 
 def _find_lone_hits(scan: LaserScan) -> np.ndarray:

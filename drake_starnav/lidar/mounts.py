@@ -42,8 +42,8 @@ class Mount(NamedTuple):
         """The beams of a field of view in S, in a frame parallel to B."""
         if not (self.yaw or self.upside_down):
             return view
-        first = self.yaw - view.angle_max if self.upside_down else self.yaw + view.angle_min
-        return view._replace(angle_min=math.remainder(first, TURN))
+        first_bearing = self.yaw - view.angle_max if self.upside_down else self.yaw + view.angle_min
+        return view._replace(angle_min=math.remainder(first_bearing, TURN))
 
 
 def find_newest(scans: Sequence[LaserScan]) -> float:
@@ -59,8 +59,8 @@ def align_with_robot(scan: LaserScan, mount: Mount) -> LaserScan:
     """The scan in a frame at the lidar's place that is parallel to the robot's; the same object where S is."""
     if not (mount.yaw or mount.upside_down):
         return scan
-    changes: dict = {"angle_min": mount.view(scan.field_of_view).angle_min}
+    changed_fields: dict = {"angle_min": mount.view(scan.field_of_view).angle_min}
     if mount.upside_down:
-        changes |= {"ranges": scan.ranges[::-1], "time_increment": -scan.time_increment}
-        changes["motion"] = None if scan.motion is None else scan.motion[::-1].copy()
-    return dataclasses.replace(scan, **changes)
+        changed_fields |= {"ranges": scan.ranges[::-1], "time_increment": -scan.time_increment}
+        changed_fields["motion"] = None if scan.motion is None else scan.motion[::-1].copy()
+    return dataclasses.replace(scan, **changed_fields)

@@ -72,23 +72,23 @@ def remove_outliers(
         noise: standard deviation of the ranges, m.
     """
     next_history = history.add_scan(scan.points(pose))
-    farthest = np.maximum(scan.distances, scan.range_min)  # a hit that is too close lies within range_min
-    scan = lose_beams(scan, np.flatnonzero(scan.hits & (farthest < body - 3.0 * noise)))
-    index = np.flatnonzero(scan.hits)
-    earlier = np.concatenate((np.zeros((0, 2)), *history.points))
-    number = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])
+    farthest_distances = np.maximum(scan.distances, scan.range_min)  # a hit that is too close lies within range_min
+    scan = lose_beams(scan, np.flatnonzero(scan.hits & (farthest_distances < body - 3.0 * noise)))
+    hit_beams = np.flatnonzero(scan.hits)
+    earlier_hits = np.concatenate((np.zeros((0, 2)), *history.points))
+    scan_numbers = np.repeat(np.arange(len(history.points)), [len(points) for points in history.points])
     has_neighbour, seen_before = _find_confirmed(
         scan.points(pose),
         np.array(pose[:2], dtype=float),
-        scan.distances[index],
-        index,
-        earlier,
-        number,
+        scan.distances[hit_beams],
+        hit_beams,
+        earlier_hits,
+        scan_numbers,
         scan.beams,
         2.0 * noise,
     )
     is_trusted = has_neighbour & seen_before if len(history.points) >= CONFIRMATIONS else has_neighbour
-    doubted, unconfirmed = index[~(has_neighbour | seen_before)], index[~is_trusted]
+    doubted, unconfirmed = hit_beams[~(has_neighbour | seen_before)], hit_beams[~is_trusted]
     return FilteredScan(lose_beams(scan, doubted), lose_beams(scan, unconfirmed), next_history)
 
 
@@ -98,14 +98,14 @@ def find_lone_close_hits(scan: LaserScan, body: float) -> np.ndarray:
     Such a hit is nearer than `range_min` or inside the robot, and NEIGHBOUR_BEAMS to each side all see farther, so that
     what it hits would have to be narrower than two beams are apart there. `body` is as of `remove_outliers`.
     """
-    nearest, n, wraps = max(scan.range_min, body), len(scan.ranges), scan.full_circle
-    close = np.flatnonzero(scan.ranges < nearest)
-    if not len(close):
-        return close
-    steps = np.array([k for k in range(-NEIGHBOUR_BEAMS, NEIGHBOUR_BEAMS + 1) if k])
-    neighbour_beams = close[:, None] + steps
-    farther = scan.ranges[neighbour_beams % n] > nearest + SAME_SURFACE
-    return close[(farther & (wraps | (neighbour_beams >= 0) & (neighbour_beams < n))).all(axis=1)]
+    nearest_range, n, wraps = max(scan.range_min, body), len(scan.ranges), scan.full_circle
+    close_beams = np.flatnonzero(scan.ranges < nearest_range)
+    if not len(close_beams):
+        return close_beams
+    beam_steps = np.array([k for k in range(-NEIGHBOUR_BEAMS, NEIGHBOUR_BEAMS + 1) if k])
+    neighbour_beams = close_beams[:, None] + beam_steps
+    sees_farther = scan.ranges[neighbour_beams % n] > nearest_range + SAME_SURFACE
+    return close_beams[(sees_farther & (wraps | (neighbour_beams >= 0) & (neighbour_beams < n))).all(axis=1)]
 
 
 def remove_lone_close_hits(scan: LaserScan, pose: np.ndarray, history: HitHistory, body: float) -> FilteredScan:

@@ -96,20 +96,20 @@ def _find_restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: s
     It was where two messages in a row, of one topic or one pair of frames, are older than one before them: a single one
     may have been overtaken on its way.
     """
-    latest: dict[tuple[str, str], float] = {}
-    overtaken: dict[tuple[str, str], int] = {}
+    latest_stamps: dict[tuple[str, str], float] = {}
+    overtaken_indices: dict[tuple[str, str], int] = {}
     for k, (topic, message) in enumerate(messages):
         if topic.endswith(FIXED_TRANSFORMS):
             continue
-        parts = message.transforms if hasattr(message, "transforms") else [message]
-        for part in parts:
-            stream = topic, f"{part.header.frame_id} {getattr(part, 'child_frame_id', '')}"
-            time, last = seconds(part.header.stamp), latest.get(stream, -math.inf)
+        message_parts = message.transforms if hasattr(message, "transforms") else [message]
+        for part in message_parts:
+            part_stream = topic, f"{part.header.frame_id} {getattr(part, 'child_frame_id', '')}"
+            time, last = seconds(part.header.stamp), latest_stamps.get(part_stream, -math.inf)
             if time >= last:
-                latest[stream] = time
-                overtaken.pop(stream, None)
-            elif stream in overtaken:
-                cut = overtaken[stream]
+                latest_stamps[part_stream] = time
+                overtaken_indices.pop(part_stream, None)
+            elif part_stream in overtaken_indices:
+                cut = overtaken_indices[part_stream]
                 lost_scans = sum(topic == scan_topic for topic, _ in messages[cut:])
                 warnings.warn(
                     f"bag {path}: stamps of {topic} go back from {last:.3f} to {time:.3f} s, as when a clock is set "
@@ -118,7 +118,7 @@ def _find_restart(path: Path, messages: Sequence[tuple[str, Any]], scan_topic: s
                 )
                 return cut
             else:
-                overtaken[stream] = k
+                overtaken_indices[part_stream] = k
     return None
 
 
@@ -131,11 +131,11 @@ def _read_messages(path: Path, scan_topic: str, pose_topic: str | None) -> Itera
         raise StarnavError(
             f"bag {path}: package rosbags is missing; allowed: pip install drake-starnav[rosbag]"
         ) from None
-    types = get_typestore(Stores.LATEST)
+    type_store = get_typestore(Stores.LATEST)
     whole_bag_text = "a whole bag of ROS 1 or ROS 2; `mcap recover` mends an .mcap file that was cut off"
     with (
         explain_read_errors(f"bag {path}", whole_bag_text),
-        AnyReader(_find_files(path), default_typestore=types) as reader,
+        AnyReader(_find_files(path), default_typestore=type_store) as reader,
     ):
         kinds = {connection.topic: connection.msgtype.rpartition("/")[2] for connection in reader.connections}
         if pose_topic is None:

@@ -44,20 +44,20 @@ def restore_scans(records: Sequence[Record], log: str, mask: Sectors = ()) -> li
     Raises:
         StarnavError: a record is no scan, or the log has no range from which its unknown `range_max` would follow.
     """
-    every = np.concatenate([fields["ranges"] for _, fields in records])
-    longest, scans = float(every[np.isfinite(every)].max(initial=0.0)), []
+    all_ranges = np.concatenate([fields["ranges"] for _, fields in records])
+    longest_range, scans = float(all_ranges[np.isfinite(all_ranges)].max(initial=0.0)), []
     for pose, fields in records:
-        low, high = fields["range_min"], fields["range_max"]
-        low = low if 0.0 <= low < math.inf else 0.0
-        if not low < high < math.inf:
-            high = math.nextafter(longest, math.inf)
-            if high <= low:
+        range_min, range_max = fields["range_min"], fields["range_max"]
+        range_min = range_min if 0.0 <= range_min < math.inf else 0.0
+        if not range_min < range_max < math.inf:
+            range_max = math.nextafter(longest_range, math.inf)
+            if range_max <= range_min:
                 raise StarnavError(
                     f"{log}: range_max is {fields['range_max']:g} with range_min {fields['range_min']:g}, and no range "
                     "is longer; allowed: range_min < range_max, or at least one range from which to tell"
                 )
         try:
-            scan = LaserScan(**(fields | {"range_min": low, "range_max": high, "lost_beams": True}))
+            scan = LaserScan(**(fields | {"range_min": range_min, "range_max": range_max, "lost_beams": True}))
         except StarnavError as error:
             raise StarnavError(f"{log}, at {fields['time']:.3f} s: {error}") from None
         scans.append(LoggedScan(scan.mask_sectors(mask) if len(mask) else scan, pose))
@@ -100,16 +100,16 @@ def read_csv(file: Path, *, mask: Sectors = ()) -> list[LoggedScan]:
         warnings.catch_warnings(),
     ):
         warnings.simplefilter("ignore")  # of a file without rows, which is refused below
-        first = lines.readline()
-        fields = dict(part.split("=") for part in first.replace(" ", "").strip("#\n").split(",") if "=" in part)
+        first_line = lines.readline()
+        fields = dict(part.split("=") for part in first_line.replace(" ", "").strip("#\n").split(",") if "=" in part)
         if missing := [name for name in CSV_HEADER if name not in fields]:
-            raise ValueError(f"its first line has no {missing[0]}" if first else "it is empty")
+            raise ValueError(f"its first line has no {missing[0]}" if first_line else "it is empty")
         header: dict[str, Any] = {name: float(fields[name]) for name in CSV_HEADER}
-        rows = np.loadtxt(lines, delimiter=",", ndmin=2)
-    if rows.shape[1] < 7 or not np.isfinite(rows[:, :4]).all():
+        scan_rows = np.loadtxt(lines, delimiter=",", ndmin=2)
+    if scan_rows.shape[1] < 7 or not np.isfinite(scan_rows[:, :4]).all():
         raise StarnavError(
-            f"scan log {file}: rows of {rows.shape[1]} numbers, or poses that are not finite; "
+            f"scan log {file}: rows of {scan_rows.shape[1]} numbers, or poses that are not finite; "
             "allowed: finite time, x, y, yaw and at least 3 ranges"
         )
-    records = [(row[1:4], {"time": row[0], "ranges": row[4:], **header}) for row in rows]
+    records = [(row[1:4], {"time": row[0], "ranges": row[4:], **header}) for row in scan_rows]
     return restore_scans(records, f"scan log {file}", mask)

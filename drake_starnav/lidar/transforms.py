@@ -39,8 +39,8 @@ class Link:
         previous_row, next_row = table[k - 1], table[k]
         if next_row[4:] @ previous_row[4:] < 0.0:
             next_row = np.append(next_row[:4], -next_row[4:])  # the same rotation, by the shorter way
-        step = next_row[0] - previous_row[0]
-        share = min(max((time - previous_row[0]) / step, 0.0), 1.0) if step > 0.0 else 1.0
+        time_step = next_row[0] - previous_row[0]
+        share = min(max((time - previous_row[0]) / time_step, 0.0), 1.0) if time_step > 0.0 else 1.0
         return _matrix(previous_row + (math.floor(share) if self.holds else share) * (next_row - previous_row))
 
 
@@ -67,10 +67,10 @@ class Frames:
 
     def add(self, child: str, header: Any, transform: Any, *, moves: bool) -> None:
         """A transform of `tf2_msgs/TFMessage`."""
-        key = frame_name(header.frame_id), frame_name(child)
-        link = self._links.get(key)
+        frame_names = frame_name(header.frame_id), frame_name(child)
+        link = self._links.get(frame_names)
         if link is None or (moves and not link.moves):
-            link = self._links[key] = Link(*key, moves)
+            link = self._links[frame_names] = Link(*frame_names, moves)
         if moves or not link.moves:
             self._sample(link, header, transform.translation, transform.rotation)
 
@@ -94,9 +94,9 @@ class Frames:
 
     def chain(self, frame: str) -> list[Link | Turned]:
         """The links from the frame of a lidar up to W: that of the robot's poses, or else the root that moves most."""
-        ways = self.ways(frame_name(frame))
+        frame_chains = self.ways(frame_name(frame))
         if self._robot is not None:
-            if self._robot.child and self._robot.child not in ways:
+            if self._robot.child and self._robot.child not in frame_chains:
                 if any(not link.moves for link in self._links.values()):
                     warnings.warn(
                         f"{self._source}: no transform leads from {self._robot.child} to the scan's frame {frame}: "
@@ -104,37 +104,37 @@ class Frames:
                         stacklevel=4,
                     )
                 return [self._robot]
-            return [*ways[self._robot.child or self._top(frame_name(frame))], self._robot]
+            return [*frame_chains[self._robot.child or self._top(frame_name(frame))], self._robot]
         children = {child for _, child in self._links}
-        roots = [way for name, way in ways.items() if name not in children]
-        way = max(roots, key=lambda way: len(_moving(way)), default=[])
-        if not _moving(way):
-            names = ", ".join(sorted({name for _, name in self._links})) or "none"
+        root_chains = [moving_chain for name, moving_chain in frame_chains.items() if name not in children]
+        moving_chain = max(root_chains, key=lambda moving_chain: len(_moving(moving_chain)), default=[])
+        if not _moving(moving_chain):
+            frame_names = ", ".join(sorted({name for _, name in self._links})) or "none"
             raise StarnavError(
                 f"{self._source}: no transform that moves leads from the scan's frame {frame} to a fixed one; "
-                f"allowed: one of {names}, or a pose_topic"
+                f"allowed: one of {frame_names}, or a pose_topic"
             )
-        for link in _moving(way):
-            link.holds = ODOMETRY in link.child.rpartition("/")[2] and len(_moving(way)) > 1
-        return way
+        for link in _moving(moving_chain):
+            link.holds = ODOMETRY in link.child.rpartition("/")[2] and len(_moving(moving_chain)) > 1
+        return moving_chain
 
     def ways(self, frame: str) -> dict[str, list[Link | Turned]]:
         """The links to each frame that a frame is linked with, by the fewest."""
-        ways: dict[str, list[Link | Turned]] = {frame: []}
+        frame_chains: dict[str, list[Link | Turned]] = {frame: []}
         for name in (queue := [frame]):
             for link in self._links.values():
                 next_frame, step = (link.parent, link) if link.child == name else (link.child, Turned(link))
-                if name in (link.parent, link.child) and next_frame not in ways:
-                    ways[next_frame] = [*ways[name], step]
+                if name in (link.parent, link.child) and next_frame not in frame_chains:
+                    frame_chains[next_frame] = [*frame_chains[name], step]
                     queue.append(next_frame)
-        return ways
+        return frame_chains
 
     def _top(self, frame: str) -> str:
         """The topmost frame that holds a frame fast."""
-        above = {link.child: link.parent for link in self._links.values() if not link.moves}
+        parent_frames = {link.child: link.parent for link in self._links.values() if not link.moves}
         seen_frames = {frame}
-        while frame in above and above[frame] not in seen_frames:
-            frame = above[frame]
+        while frame in parent_frames and parent_frames[frame] not in seen_frames:
+            frame = parent_frames[frame]
             seen_frames.add(frame)
         return frame
 
@@ -159,11 +159,11 @@ def span(chain: list[Link | Turned]) -> tuple[float, float]:
 
 def _matrix(row: np.ndarray) -> np.ndarray:
     """The homogeneous matrix, shape (4, 4), of a row as in `Link`; a quaternion of zeros turns nothing."""
-    out = np.eye(4)
-    out[:3, 3] = row[1:4]
+    transform_matrix = np.eye(4)
+    transform_matrix[:3, 3] = row[1:4]
     if row[4:].any():
-        out[:3, :3] = Rotation.from_quat(row[4:]).as_matrix()
-    return out
+        transform_matrix[:3, :3] = Rotation.from_quat(row[4:]).as_matrix()
+    return transform_matrix
 
 
 def frame_name(frame: str) -> str:

@@ -90,22 +90,22 @@ class OdometryCheck:
             error: what is declared of the lidar, and the robot's radius.
             mount: of the lidar.
         """
-        scan, sensor = align_with_robot(scan, mount), mount.find_lidar_pose(pose)
+        scan, sensor_pose = align_with_robot(scan, mount), mount.find_lidar_pose(pose)
         (time, earlier), key = self.latest, self.keyframe
-        next_check = dataclasses.replace(self, latest=(scan.time, sensor))
-        driven_step = np.zeros(3) if key is None else np.array(find_pose_in_frame(key.pose, sensor))
+        next_check = dataclasses.replace(self, latest=(scan.time, sensor_pose))
+        driven_step = np.zeros(3) if key is None else np.array(find_pose_in_frame(key.pose, sensor_pose))
         has_moved = (
             math.hypot(driven_step[0], driven_step[1]) >= STEP_WAY * error.body or abs(driven_step[2]) >= STEP_TURN
         )
         if np.count_nonzero(scan.mappable_hits) < FEWEST_HITS or not (key is None or has_moved):
             return next_check
         if scan.time_increment and time > -math.inf:
-            scan = deskew_scan(scan, earlier, time, sensor)
+            scan = deskew_scan(scan, earlier, time, sensor_pose)
         seen_step = None if key is None else _match_step(key, scan, driven_step, error)
         steps = (
             () if key is None or seen_step is None else (SeenStep(key.scan.time, scan.time, driven_step, seen_step),)
         )
-        keyframe = Keyframe.of(scan, sensor, Travel(sensor), error)
+        keyframe = Keyframe.of(scan, sensor_pose, Travel(sensor_pose), error)
         return dataclasses.replace(next_check, keyframe=keyframe, steps=(*self.steps, *steps)[-KEPT_STEPS:])
 
     def sum_differences(self) -> Difference:
@@ -133,7 +133,7 @@ class OdometryCheck:
 def _match_step(keyframe: Keyframe, scan: LaserScan, step: np.ndarray, error: OdometryError) -> np.ndarray | None:
     """Return how far the sensor came since a keyframe by its scan, as of `SeenStep`; None if that does not fit."""
     points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
-    way, turn = TRUSTED * math.hypot(step[0], step[1]), TRUSTED * abs(step[2])
-    deviation = np.array((way, way, turn)) + LEAST_DEVIATION
+    way_deviation, turn_deviation = TRUSTED * math.hypot(step[0], step[1]), TRUSTED * abs(step[2])
+    deviation = np.array((way_deviation, way_deviation, turn_deviation)) + LEAST_DEVIATION
     pose, share = align_pose(keyframe, points, compose_poses(keyframe.pose, step), deviation, error)
     return np.array(find_pose_in_frame(keyframe.pose, pose)) if share >= GOOD_SHARE else None

@@ -62,10 +62,10 @@ class Surfaces(NamedTuple):
     @staticmethod
     def of(scan: LaserScan, width: float) -> "Surfaces":
         """Those of a scan's static hits; for the width see `_fit_lines`."""
-        points = np.full((len(scan.ranges), 2), np.inf)
-        points[scan.mappable_hits] = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
-        anchor, normal = _fit_lines(points, scan.angle_increment, scan.full_circle, width)
-        return Surfaces(points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
+        end_points = np.full((len(scan.ranges), 2), np.inf)
+        end_points[scan.mappable_hits] = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
+        anchor, normal = _fit_lines(end_points, scan.angle_increment, scan.full_circle, width)
+        return Surfaces(end_points, anchor, normal, scan.angle_min, scan.angle_increment, scan.full_circle)
 
 
 @kernel
@@ -256,8 +256,8 @@ class Keyframe:
     @staticmethod
     def of(scan: LaserScan, pose: np.ndarray, travel: "Travel", error: OdometryError) -> "Keyframe":
         """Return the keyframe of a scan taken at a pose (x, y, yaw) in M."""
-        width = max(SURFACE_WIDTH * error.body, 8.0 * error.noise)
-        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, width), travel)
+        surface_width = max(SURFACE_WIDTH * error.body, 8.0 * error.noise)
+        return Keyframe(np.array(pose, dtype=float), scan, Surfaces.of(scan, surface_width), travel)
 
 
 @snapshot
@@ -376,12 +376,12 @@ def _select_keyframes_in_view(scan_map: ScanMap, scan: LaserScan, pose: np.ndarr
     """Keyframes within REACH of a pose and not occluded in the scan taken there, oldest first; `unit` is in m."""
     place_distance, beams = scan.polar(scan_map.places, pose)
     near_places = np.flatnonzero(place_distance <= REACH * unit)
-    beam = np.rint(beams[near_places]).astype(np.int64)
+    nearest_beams = np.rint(beams[near_places]).astype(np.int64)
     if scan.full_circle:
-        beam %= len(scan.ranges)
-    in_view = beam < len(scan.ranges)
+        nearest_beams %= len(scan.ranges)
+    in_view = nearest_beams < len(scan.ranges)
     is_occluded = in_view & (place_distance[near_places] >= 0.5 * SPACING * unit)
-    is_occluded &= scan.distances[np.where(in_view, beam, 0)] <= place_distance[near_places]
+    is_occluded &= scan.distances[np.where(in_view, nearest_beams, 0)] <= place_distance[near_places]
     return near_places[~is_occluded].tolist()
 
 
@@ -392,14 +392,14 @@ def align_pose(
 
     The scan has hits (k, 2) in S; `deviation` (3,) are standard deviations of the prediction, m and rad.
     """
-    narrowest = NARROWEST_GATE * error.body
+    narrowest_gate = NARROWEST_GATE * error.body
     pose, inliers = align_points(
         points,
         np.array(find_pose_in_frame(keyframe.pose, guess)),
         1.0 / deviation**2,
         keyframe.surfaces,
         math.hypot(error.noise, SURFACE_ERROR * error.body),
-        min(narrowest + 3.0 * float(deviation[0]), WIDEST_GATE * error.body),
-        narrowest,
+        min(narrowest_gate + 3.0 * float(deviation[0]), WIDEST_GATE * error.body),
+        narrowest_gate,
     )
     return compose_poses(keyframe.pose, pose), inliers / len(points)

@@ -23,10 +23,10 @@ def compute_hull_faces(shape: Convex, name: str) -> tuple[np.ndarray, list[np.nd
         hull = shape.GetConvexHull()
     except RuntimeError as error:
         raise _make_unreadable_error(shape, name, str(error)) from error
-    data, faces, k = hull.face_data(), [], 0
-    while k < len(data):  # count, then that many vertices
-        faces.append(np.array(data[k + 1 : k + 1 + data[k]]))
-        k += 1 + data[k]
+    face_data, faces, k = hull.face_data(), [], 0
+    while k < len(face_data):  # count, then that many vertices
+        faces.append(np.array(face_data[k + 1 : k + 1 + face_data[k]]))
+        k += 1 + face_data[k]
     return np.array([hull.vertex(k) for k in range(hull.num_vertices())]), faces
 
 
@@ -71,8 +71,8 @@ def _read_obj(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
             path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "mesh.obj"
             path.write_bytes(source.in_memory().mesh_file.contents())
         mesh = ReadObjToTriangleSurfaceMesh(path)
-    corners = [[triangle.vertex(k) for k in range(3)] for triangle in mesh.triangles()]
-    return np.array(mesh.vertices()), np.array(corners)
+    triangle_corners = [[triangle.vertex(k) for k in range(3)] for triangle in mesh.triangles()]
+    return np.array(mesh.vertices()), np.array(triangle_corners)
 
 
 def _read_gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -87,14 +87,14 @@ def _read_gltf(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 def _read_vtk(shape: Mesh) -> tuple[np.ndarray, np.ndarray]:
     # Drake reads the file and writes it in one fixed form: all points, then all cells as "4 a b c d".
-    words = RefineVolumeMeshIntoVtkFileContents(shape.source()).split()
-    points, cells = words.index("POINTS"), words.index("CELLS")
-    vertices = np.array(words[points + 3 : cells], dtype=float).reshape(-1, 3)
-    count = int(words[cells + 1])
-    tetrahedra = np.array(words[cells + 3 : cells + 3 + 5 * count], dtype=np.int64).reshape(-1, 5)[:, 1:]
+    file_words = RefineVolumeMeshIntoVtkFileContents(shape.source()).split()
+    points_start, cells = file_words.index("POINTS"), file_words.index("CELLS")
+    vertices = np.array(file_words[points_start + 3 : cells], dtype=float).reshape(-1, 3)
+    cell_count = int(file_words[cells + 1])
+    tetrahedra = np.array(file_words[cells + 3 : cells + 3 + 5 * cell_count], dtype=np.int64).reshape(-1, 5)[:, 1:]
     sides = tetrahedra[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3)
-    _, first, times = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
-    return vertices, sides[first[times == 1]]
+    _, first_sides, side_counts = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return vertices, sides[first_sides[side_counts == 1]]
 
 
 def _make_unreadable_error(shape: Mesh | Convex, name: str, why: str) -> StarnavError:

@@ -54,17 +54,17 @@ def read_mesh_triangles(data: bytes, suffix: str, folder: Beside = Path()) -> tu
 
 def read_mesh_surfaces(data: bytes, suffix: str, folder: Beside = Path()) -> list[Surface]:
     """The same triangles, by their colours; of a texture its mean."""
-    parts: dict[tuple[float, ...] | None, list[Any]] = {}
+    meshes_by_color: dict[tuple[float, ...] | None, list[Any]] = {}
     for mesh in _read_scene(data, suffix, folder).dump():
-        look, color = mesh.visual, None
-        if look.defined:
-            look = look.to_color() if look.kind == "texture" else look
-            color = tuple((np.atleast_2d(look.vertex_colors).mean(axis=0) / 255.0).round(3).tolist())
-        parts.setdefault(color, []).append(mesh)
+        mesh_look, color = mesh.visual, None
+        if mesh_look.defined:
+            mesh_look = mesh_look.to_color() if mesh_look.kind == "texture" else mesh_look
+            color = tuple((np.atleast_2d(mesh_look.vertex_colors).mean(axis=0) / 255.0).round(3).tolist())
+        meshes_by_color.setdefault(color, []).append(mesh)
     surfaces = []
-    for color, meshes in parts.items():
-        first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-        triangles = [mesh.faces + k for mesh, k in zip(meshes, first[:-1], strict=True)]
+    for color, meshes in meshes_by_color.items():
+        first_vertices = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+        triangles = [mesh.faces + k for mesh, k in zip(meshes, first_vertices[:-1], strict=True)]
         surfaces.append(Surface(np.vstack([mesh.vertices for mesh in meshes]), np.vstack(triangles), color))
     return surfaces
 
@@ -78,16 +78,16 @@ def _read_scene(data: bytes, suffix: str, folder: Beside) -> Any:
     try:
         if suffix == ".gltf":
             json.loads(data)  # of which trimesh says that another file is missing
-        files = trimesh.resolvers.FilePathResolver(str(folder), True) if isinstance(folder, Path) else folder
+        file_resolver = trimesh.resolvers.FilePathResolver(str(folder), True) if isinstance(folder, Path) else folder
         with np.errstate(invalid="ignore"):  # what is not finite is refused below
-            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=files, process=False)
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=file_resolver, process=False)
             meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
-        corners = [mesh.vertices[mesh.faces] for mesh in meshes]
+        mesh_corners = [mesh.vertices[mesh.faces] for mesh in meshes]
     except Exception as error:  # whatever a broken file makes a reader raise
         raise StarnavError(f"not a valid {suffix} file ({type(error).__name__}: {said_by(error)})") from None
     if not meshes:
         raise StarnavError(f"a {suffix} file without triangles")
-    if not all(np.isfinite(part).all() for part in corners):
+    if not all(np.isfinite(part).all() for part in mesh_corners):
         raise StarnavError("a corner that is not finite")
     if suffix == ".dae":
         scene = scene.convert_units("meters")
@@ -106,11 +106,11 @@ def _make_readable_color(look: re.Match[bytes]) -> bytes:
 def compute_depth_in_hull(vertices: np.ndarray, triangles: np.ndarray) -> float:
     """How deep inside the convex hull of a mesh the middles of its triangles lie, at most, m; 0 of a flat mesh."""
     try:
-        planes = ConvexHull(vertices).equations
+        hull_planes = ConvexHull(vertices).equations
     except QhullError:
         return 0.0
     middles = vertices[triangles].mean(axis=1)
-    depth = np.full(len(middles), np.inf)
-    for x, y, z, offset in planes:
-        np.minimum(depth, -(middles @ (x, y, z) + offset), out=depth)
-    return float(depth.max())
+    least_depths = np.full(len(middles), np.inf)
+    for x, y, z, offset in hull_planes:
+        np.minimum(least_depths, -(middles @ (x, y, z) + offset), out=least_depths)
+    return float(least_depths.max())

@@ -93,16 +93,16 @@ class Models:
         self._open.append(path)
         links_before = self._links
         try:
-            data = self._read_bytes(path, "model")
+            file_content = self._read_bytes(path, "model")
             if path.name.endswith((".dmd.yaml", ".yaml")):
-                text, suffix = self.directives(data.decode("utf-8", "replace"), path.parent), ".dmd.yaml"
+                model_text, suffix = self.directives(file_content.decode("utf-8", "replace"), path.parent), ".dmd.yaml"
             elif path.suffix.lower() in (".sdf", ".world", ".urdf", ".xacro"):
-                root = self._parse_model(expand_model_file(data, path, {}, f"model {path}"), path)
+                root = self._parse_model(expand_model_file(file_content, path, {}, f"model {path}"), path)
                 if root.tag == "robot":
                     self.make_urdf_readable(root, path)
                 else:
                     self._convert_sdf(root, path)
-                text = ElementTree.tostring(root, encoding="unicode")
+                model_text = ElementTree.tostring(root, encoding="unicode")
                 suffix = ".urdf" if root.tag == "robot" else ".sdf"
             else:
                 return path  # in a format of which Drake reads all or nothing
@@ -110,7 +110,7 @@ class Models:
             raise StarnavError(f"model {path} is nested too deeply; allowed: what Drake's parser reads") from None
         finally:
             self._open.pop()
-        written_file = write(text.encode(), suffix)
+        written_file = write(model_text.encode(), suffix)
         self._written[str(written_file)] = path
         self._adapted[path] = written_file, self._links - links_before
         return written_file
@@ -131,12 +131,12 @@ class Models:
         self._color_by_name(root)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                mesh, bare = visual.find("geometry/mesh"), visual.find("material") is None
+                mesh, has_no_color = visual.find("geometry/mesh"), visual.find("material") is None
                 if mesh is None:
                     continue
                 for copy, uri, color in self._convert_looks(visual, link, mesh.get("filename", ""), path.parent):
                     copy.find("geometry/mesh").set("filename", uri)  # type: ignore[union-attr]
-                    if bare and color:
+                    if has_no_color and color:
                         SubElement(SubElement(copy, "material", name=f"colour {color}"), "color", rgba=color)
             for collision in link.findall("collision"):
                 mesh = collision.find("geometry/mesh")
@@ -223,12 +223,12 @@ class Models:
                         link.remove(inertial)
         for link in root.iter("link"):
             for visual in link.findall("visual"):
-                mesh, bare = visual.find("geometry/mesh/uri"), visual.find("material") is None
+                mesh, has_no_color = visual.find("geometry/mesh/uri"), visual.find("material") is None
                 if mesh is None:
                     continue
                 for copy, uri, color in self._convert_looks(visual, link, mesh.text or "", path.parent):
                     copy.find("geometry/mesh/uri").text = uri  # type: ignore[union-attr]
-                    if bare and color:
+                    if has_no_color and color:
                         SubElement(SubElement(copy, "material"), "diffuse").text = color
             for collision in link.findall("collision"):
                 self._convert_collision(link, collision, path)
@@ -242,17 +242,17 @@ class Models:
             name = model.get("name") if model.tag == "model" else model.findtext("name")
             if name is None:
                 name = _find_included_name(model)
-            number, free = 0, name
-            while free in taken_names:
-                number += 1
-                free = f"{name}_{number}"
-            taken_names.add(free)
+            name_number, free_name = 0, name
+            while free_name in taken_names:
+                name_number += 1
+                free_name = f"{name}_{name_number}"
+            taken_names.add(free_name)
             if model.tag == "model":
-                model.set("name", free)
+                model.set("name", free_name)
             elif model.find("name") is not None:
-                model.find("name").text = free  # type: ignore[union-attr]
+                model.find("name").text = free_name  # type: ignore[union-attr]
             else:
-                SubElement(model, "name").text = free
+                SubElement(model, "name").text = free_name
 
     def _include(self, include: Element, path: Path) -> None:
         uri = include.findtext("uri") or ""
@@ -270,14 +270,14 @@ class Models:
 
     def _find_model_file(self, folder: Path) -> Path:
         """The model file of a folder, that of the highest version if there are several."""
-        config, files = folder / "model.config", []
-        if config.is_file():
-            root = self._parse_model(self._read_bytes(config, "model"), config)
+        config_file, versioned_names = folder / "model.config", []
+        if config_file.is_file():
+            root = self._parse_model(self._read_bytes(config_file, "model"), config_file)
             for entry in root.iter("sdf"):
                 version = tuple(int(part) for part in re.findall(r"\d+", entry.get("version", "")))
-                files.append((version, (entry.text or "").strip()))
-        name = max(files)[1] if files else "model.sdf"
-        return folder / name
+                versioned_names.append((version, (entry.text or "").strip()))
+        file_name = max(versioned_names)[1] if versioned_names else "model.sdf"
+        return folder / file_name
 
     def _convert_collision(self, link: Element, collision: Element, path: Path) -> None:
         geometry = collision.find("geometry")
@@ -310,18 +310,18 @@ class Models:
     def _convert_pieces(self, uri: str, folder: Path, place: str) -> list[Path]:
         """The files to collide with instead of a mesh file."""
         path = find_file(uri, folder)
-        why = explain_missing_file(path)
-        if path is None or why:
-            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {why}; allowed: a mesh file")
+        fault = explain_missing_file(path)
+        if path is None or fault:
+            raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {fault}; allowed: a mesh file")
         suffix = path.suffix.lower()
         if suffix not in (*CONVERTED, ".obj"):
             return [path.resolve()]
-        data = self._read_bytes(path, "mesh")
+        file_content = self._read_bytes(path, "mesh")
         try:
             if suffix == ".obj":
-                check_faces(data)
+                check_faces(file_content)
                 return [path.resolve()]
-            return list(convert_mesh(data, suffix))
+            return list(convert_mesh(file_content, suffix))
         except StarnavError as error:
             raise StarnavError(f"mesh {path}: {error}; allowed: a whole {suffix} file") from None
 
@@ -331,20 +331,20 @@ class Models:
         """A visual element of the link for each surface of a mesh file, the surface's URI, and the colour that the file
         gives it, if any, as four numbers; without one that can be shown the element is removed."""
         path = find_file(uri, folder)
-        parts: tuple[tuple[Path, tuple[float, ...] | None], ...] = ()
-        suffix, why = "" if path is None else path.suffix.lower(), explain_missing_file(path)
-        if path is not None and not why and suffix in SHOWN_BY_DRAKE:
-            parts = ((path.resolve(), None),)
-        elif path is not None and not why and suffix in PAINTED:
+        colored_parts: tuple[tuple[Path, tuple[float, ...] | None], ...] = ()
+        file_suffix, why = "" if path is None else path.suffix.lower(), explain_missing_file(path)
+        if path is not None and not why and file_suffix in SHOWN_BY_DRAKE:
+            colored_parts = ((path.resolve(), None),)
+        elif path is not None and not why and file_suffix in PAINTED:
             try:
-                parts = paint_surfaces(self._read_bytes(path, "mesh"), suffix, path.parent)
+                colored_parts = paint_surfaces(self._read_bytes(path, "mesh"), file_suffix, path.parent)
             except StarnavError as error:
                 why = str(error)
-        if not parts:
+        if not colored_parts:
             link.remove(visual)
             self.unseen.add(f"{uri.strip()} ({why or 'no surface that can be shown'})")
-        copies = list(_copy_for_pieces(visual, link, [part for part, _ in parts]))
-        for (copy, name), (_, color) in zip(copies, parts, strict=True):
+        copies = list(_copy_for_pieces(visual, link, [part for part, _ in colored_parts]))
+        for (copy, name), (_, color) in zip(copies, colored_parts, strict=True):
             yield copy, name, " ".join(f"{c:g}" for c in color or ())
 
     def _read_bytes(self, path: Path, what: str) -> bytes:
@@ -413,9 +413,9 @@ def _find_included_name(include: Element) -> str:
 def _copy_for_pieces(element: Element, link: Element, pieces: Iterable[Path]) -> Iterator[tuple[Element, str]]:
     """An element of the link for each piece of its mesh, and the piece's URI; all but the first are copies."""
     for k, piece in enumerate(pieces):
-        copy = element
+        piece_element = element
         if k > 0:
-            copy = deepcopy(element)
-            copy.set("name", f"{element.get('name', element.tag)}_{k}")
-            link.append(copy)
-        yield copy, f"file://{piece}"
+            piece_element = deepcopy(element)
+            piece_element.set("name", f"{element.get('name', element.tag)}_{k}")
+            link.append(piece_element)
+        yield piece_element, f"file://{piece}"

@@ -15,18 +15,18 @@ FOLDERS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PAT
 
 def find_file(uri: str, folder: Path) -> Path | None:
     """The file or folder that a name in a file in `folder` means; None if there is none on this machine."""
-    scheme, slashes, rest = uri.strip().partition("://")
-    if not slashes:
-        places: Iterator[Path] = iter((folder / unquote(uri.strip()), folder / uri.strip()))
+    scheme, has_scheme, rest = uri.strip().partition("://")
+    if not has_scheme:
+        possible_places: Iterator[Path] = iter((folder / unquote(uri.strip()), folder / uri.strip()))
     elif scheme == "file":
-        places = iter((Path(unquote(urlsplit(uri).path)), Path(rest), folder / rest))
+        possible_places = iter((Path(unquote(urlsplit(uri).path)), Path(rest), folder / rest))
     elif scheme in ("model", "package"):
         name, _, inner_path = rest.partition("/")
-        places = (found_place / inner_path for found_place in _find_folders_named(name, folder))
+        possible_places = (found_place / inner_path for found_place in _find_folders_named(name, folder))
     else:
-        places = iter(())
+        possible_places = iter(())
     with suppress(OSError, RuntimeError, ValueError):  # too long, a loop of links, a null byte
-        return next((place for place in places if place.exists()), None)
+        return next((place for place in possible_places if place.exists()), None)
     return None
 
 
@@ -51,6 +51,6 @@ def _find_folders_named(name: str, folder: Path) -> Iterator[Path]:
 
 def _list_roots() -> list[Path]:
     """The folders that the environment names, in its order."""
-    names = [name for variable in FOLDERS for name in os.environ.get(variable, "").split(":")]
-    names += [f"{name}/share" for name in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if name]
-    return [Path(name).absolute() for name in names if name]
+    folder_names = [name for variable in FOLDERS for name in os.environ.get(variable, "").split(":")]
+    folder_names += [f"{name}/share" for name in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if name]
+    return [Path(name).absolute() for name in folder_names if name]

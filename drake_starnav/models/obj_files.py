@@ -29,11 +29,11 @@ def convert_mesh(data: bytes, suffix: str) -> tuple[Path, ...]:
     """The connected pieces of a mesh as OBJ files."""
     vertices, triangles = read_mesh_triangles(data, suffix)
     edges = np.vstack((triangles[:, :2], triangles[:, 1:]))
-    graph = coo_array((np.ones(len(edges)), edges.T), (len(vertices), len(vertices)))
-    count, label = connected_components(graph, directed=False)
-    if count > MOST_PIECES:
-        count, label = 1, np.zeros(len(vertices), int)
-    return tuple(write_obj(vertices, triangles[label[triangles[:, 0]] == k]) for k in range(count))
+    edge_graph = coo_array((np.ones(len(edges)), edges.T), (len(vertices), len(vertices)))
+    piece_count, vertex_labels = connected_components(edge_graph, directed=False)
+    if piece_count > MOST_PIECES:
+        piece_count, vertex_labels = 1, np.zeros(len(vertices), int)
+    return tuple(write_obj(vertices, triangles[vertex_labels[triangles[:, 0]] == k]) for k in range(piece_count))
 
 
 @functools.lru_cache(maxsize=1000)
@@ -47,10 +47,10 @@ def _make_cone(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     radius, length = (float(shape.findtext(name, "nan")) for name in ("radius", "length"))
     if not (0.0 < radius < math.inf and 0.0 < length < math.inf):
         raise ValueError(f"radius {radius:g}, length {length:g}")
-    rim, _ = np.split(make_cylinder_vertices(radius, length), 2)
-    corners = np.arange(len(rim))
-    sides = np.column_stack((corners, np.roll(corners, -1), np.full(len(rim), len(rim))))
-    return [(np.vstack((rim, (0.0, 0.0, 0.5 * length))), np.vstack((sides, _make_fan(corners[::-1]))))]
+    rim_corners, _ = np.split(make_cylinder_vertices(radius, length), 2)
+    corners = np.arange(len(rim_corners))
+    side_triangles = np.column_stack((corners, np.roll(corners, -1), np.full(len(rim_corners), len(rim_corners))))
+    return [(np.vstack((rim_corners, (0.0, 0.0, 0.5 * length))), np.vstack((side_triangles, _make_fan(corners[::-1]))))]
 
 
 def _make_polyline_prisms(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -67,11 +67,11 @@ def _make_plane_slab(shape: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     normal = np.array([float(x) for x in shape.findtext("normal", "0 0 1").split()])
     if normal.shape != (3,) or not 0.0 < np.linalg.norm(normal) < math.inf:
         raise ValueError(f"normal {normal.tolist()}")
-    across = np.linalg.svd(normal[None])[2][1:]
-    axes = np.vstack((across, np.cross(*across)))  # the last is the normal or its opposite
-    axes[1:] *= math.copysign(1.0, float(axes[2] @ normal))
+    plane_vectors = np.linalg.svd(normal[None])[2][1:]
+    slab_axes = np.vstack((plane_vectors, np.cross(*plane_vectors)))  # the last is the normal or its opposite
+    slab_axes[1:] *= math.copysign(1.0, float(slab_axes[2] @ normal))
     vertices, triangles = make_prism(100.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), -1.0, 0.0)
-    return [(vertices @ axes, triangles)]
+    return [(vertices @ slab_axes, triangles)]
 
 
 def make_prism(outline: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
@@ -101,9 +101,9 @@ def check_faces(data: bytes) -> None:
 
     Drake's reader does not look.
     """
-    rows = [line.split() or [b""] for line in data.splitlines()]
-    counts = [sum(row[0] == kind for row in rows) for kind in (b"v", b"vt", b"vn")]
-    for number, row in enumerate(rows, 1):
+    file_rows = [line.split() or [b""] for line in data.splitlines()]
+    counts = [sum(row[0] == kind for row in file_rows) for kind in (b"v", b"vt", b"vn")]
+    for number, row in enumerate(file_rows, 1):
         for corner in row[1:] if row[0] == b"f" else ():
             for text, count, noun in zip(corner.split(b"/"), counts, ("vertex", "texture", "normal"), strict=False):
                 if text and not (text.lstrip(b"-").isdigit() and 0 < abs(int(text)) <= count):
@@ -112,8 +112,8 @@ def check_faces(data: bytes) -> None:
 
 
 def write_obj(vertices: np.ndarray, triangles: np.ndarray) -> Path:
-    used, index = np.unique(triangles, return_inverse=True)
-    return write(format_obj(vertices[used], index.reshape(-1, 3)).encode(), ".obj")
+    used_vertices, index = np.unique(triangles, return_inverse=True)
+    return write(format_obj(vertices[used_vertices], index.reshape(-1, 3)).encode(), ".obj")
 
 
 def format_obj(vertices: np.ndarray, triangles: np.ndarray) -> str:

@@ -26,20 +26,20 @@ def refuse_parser_warnings(
     Raises:
         StarnavError: the parser raised an error, or skipped a shape.
     """
-    log = logging.getLogger("drake")
+    drake_log = logging.getLogger("drake")
     found_warnings = logging.handlers.MemoryHandler(10**6, flushLevel=logging.CRITICAL + 1)
     found_warnings.setLevel(logging.WARNING)
-    handlers, passed_on = log.handlers, log.propagate
-    log.handlers, log.propagate = [found_warnings], False
+    handlers, passed_on = drake_log.handlers, drake_log.propagate
+    drake_log.handlers, drake_log.propagate = [found_warnings], False
     try:
         yield
     except StarnavError:
         raise
     except (RuntimeError, ValueError) as error:
-        reason = " ".join(said(str(error)).split())
-        raise StarnavError(f"{place} cannot be read: {reason}; allowed: {allowed}") from None
+        error_text = " ".join(said(str(error)).split())
+        raise StarnavError(f"{place} cannot be read: {error_text}; allowed: {allowed}") from None
     finally:
-        log.handlers, log.propagate = handlers, passed_on
+        drake_log.handlers, drake_log.propagate = handlers, passed_on
     messages = [record.getMessage() for record in found_warnings.buffer]
     for message in filter(SKIPPED.search, messages):
         raise StarnavError(

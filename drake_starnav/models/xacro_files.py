@@ -36,16 +36,16 @@ def expand_macros(path: Path, arguments: Mapping[str, Any], place: str) -> bytes
             f"{place} has macros of xacro; allowed: pip install 'drake-starnav[xacro]', or a file that is "
             "expanded already (xacro IN > OUT)"
         )
-    package = str(Path(__file__).parents[2])
+    package_root = str(Path(__file__).parents[2])
     texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
-    run = subprocess.run(
+    process_run = subprocess.run(
         [sys.executable, "-c", f"from {__name__} import _answer_process; _answer_process({MOST_TIME})"],
         input=json.dumps([str(path), texts]).encode(),
         capture_output=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (package_root, os.environ.get("PYTHONPATH"))))},
     )
     try:
-        answer: dict[str, Any] = json.loads(run.stdout)
+        answer: dict[str, Any] = json.loads(process_run.stdout)
     except ValueError:  # it was ended
         answer = {"error": f"it takes more than {MOST_TIME} s or {MOST_MEMORY // 10**6} MB", "missing": []}
     if "error" in answer:
@@ -84,35 +84,35 @@ def _answer_process(most_time: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     path, arguments = json.load(sys.stdin)
-    out, sys.stdout = sys.stdout, sys.stderr  # xacro and macros may print
+    answer_stream, sys.stdout = sys.stdout, sys.stderr  # xacro and macros may print
     try:
-        answer = json.dumps(_expand(Path(path), arguments))
+        answer_text = json.dumps(_expand(Path(path), arguments))
     except MemoryError:
         os._exit(1)
-    out.write(answer)
+    answer_stream.write(answer_text)
 
 
 def _expand(path: Path, arguments: dict[str, str]) -> dict[str, Any]:
     import xacro
     from xacro import substitution_args
 
-    missing: list[str] = []
+    missing_packages: list[str] = []
 
     def find_package(name: str) -> str:
         """Where it lies; else a pattern without a match: only what is used of the package is missed."""
         folder = find_file(f"package://{name}", path.resolve().parent)
-        if folder is None and name not in missing:
-            missing.append(name)
+        if folder is None and name not in missing_packages:
+            missing_packages.append(name)
         return str(folder or f"/no_package_{name}*")
 
     substitution_args._eval_find = find_package  # else it asks an installation of ROS
-    values = _Arguments(arguments)
+    argument_values = _Arguments(arguments)
     try:
-        expanded_text = xacro.process_file(str(path), mappings=values).toxml()
-        if missing and "<link" not in expanded_text:  # an include without a match is left out
+        expanded_text = xacro.process_file(str(path), mappings=argument_values).toxml()
+        if missing_packages and "<link" not in expanded_text:  # an include without a match is left out
             raise ValueError("it includes nothing that has links")
     except MemoryError:
         raise
     except Exception as error:  # whatever a broken macro makes it raise
-        return {"error": said_by(error), "missing": missing}
-    return {"text": expanded_text, "declared": list(values.declared)}
+        return {"error": said_by(error), "missing": missing_packages}
+    return {"text": expanded_text, "declared": list(argument_values.declared)}

@@ -48,10 +48,10 @@ def perceive(
     (scan,) = scans
     region = make_traversable_region(scan, pose, settings.footprint.cover_radius)
     distances = smooth_distances(scan)
-    points = scan.points_at(distances, scan.hits & (distances < choices.RANGE), pose)
+    hit_points = scan.points_at(distances, scan.hits & (distances < choices.RANGE), pose)
     surroundings = replace_fields(
         Surroundings.unknown(),
-        recent_hits=RecentHits(Hits(points)),
+        recent_hits=RecentHits(Hits(hit_points)),
         time=scan.time,
         previous_time=state.surroundings.time,
     )
@@ -95,14 +95,14 @@ def control(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
         return STOP
     guide = guiding_vector(p, guidance.path[0])  # Eq. (7)
     vector = modulate_vector(p, guide, guidance.regions)  # line 20, Eq. (14)
-    nearest, clearance = find_nearest_hit(p, inputs.surroundings.recent_hits.hits.points, robot.radius), math.inf
+    nearest, hit_clearance = find_nearest_hit(p, inputs.surroundings.recent_hits.hits.points, robot.radius), math.inf
     if nearest is not None:
-        vector, clearance = combine_vectors(vector, guide, nearest), nearest.clearance  # line 21, Eq. (15)
-    length = float(np.hypot(*vector))
-    if length == 0.0:
+        vector, hit_clearance = combine_vectors(vector, guide, nearest), nearest.clearance  # line 21, Eq. (15)
+    vector_length = float(np.hypot(*vector))
+    if vector_length == 0.0:
         return STOP
-    u = pid.follow_vector(vector, yaw, clearance, robot.limits)  # line 22
-    return Proposal(convert_to_twist(u, robot.drive), vector / length)
+    u = pid.follow_vector(vector, yaw, hit_clearance, robot.limits)  # line 22
+    return Proposal(convert_to_twist(u, robot.drive), vector / vector_length)
 
 
 def note_progress(state: PaperState, inputs: PlannerInput, anew: bool = False) -> PaperState:

@@ -32,9 +32,9 @@ def find_nearest_hit(position: np.ndarray, hits: np.ndarray, radius: float) -> N
     if not len(hits):
         return None
     offset = position - hits
-    distances = np.hypot(offset[:, 0], offset[:, 1])
-    n = int(np.argmin(distances))
-    return Nearest(offset[n] / max(distances[n], 1e-9), float(distances[n]) - radius)
+    hit_distances = np.hypot(offset[:, 0], offset[:, 1])
+    n = int(np.argmin(hit_distances))
+    return Nearest(offset[n] / max(hit_distances[n], 1e-9), float(hit_distances[n]) - radius)
 
 
 def combine_vectors(vector: np.ndarray, guide: np.ndarray, nearest: Nearest) -> np.ndarray:

@@ -31,11 +31,11 @@ def identify_frontier_points(region: StarRegion, scan: LaserScan, pose: np.ndarr
     Eq. (2): p_f = p_ref + d (cos theta_f, sin theta_f). Corrected: across a wide opening the midpoint is at or behind
     the robot, and is replaced by a share of the range; one beyond the boundary moves inside.
     """
-    reach = min(choices.RANGE, scan.range_max)
-    sides = find_side_points(scan, reach)
-    wide = sides.first - sides.last > choices.WIDE_OPENING
-    theta = np.where(wide, compute_mean_bearing(sides), frontier_bearing(sides)) + pose[2]
-    distance = np.where(wide, choices.WIDE_SHARE * reach, np.hypot(*sides.midpoint.T))
+    used_range = min(choices.RANGE, scan.range_max)
+    sides = find_side_points(scan, used_range)
+    is_wide = sides.first - sides.last > choices.WIDE_OPENING
+    theta = np.where(is_wide, compute_mean_bearing(sides), frontier_bearing(sides)) + pose[2]
+    distance = np.where(is_wide, choices.WIDE_SHARE * used_range, np.hypot(*sides.midpoint.T))
     distance = np.minimum(distance, region.phi(theta) - choices.INSET)
     found_points = region.center + distance[:, None] * np.column_stack((np.cos(theta), np.sin(theta)))
     return found_points[distance > choices.ARRIVAL]
@@ -47,22 +47,22 @@ def find_side_points(scan: LaserScan, reach: float) -> SidePoints:
     Corrected: a cluster that surrounds the robot, or another cluster, has no outermost points; hence a cluster also
     ends where its next hit by bearing is farther away than eps. None ends at the seam of -pi and pi.
     """
-    hit = scan.hits & (scan.distances < reach)
-    if hit.sum() < choices.MIN_SAMPLES:
+    is_hit = scan.hits & (scan.distances < reach)
+    if is_hit.sum() < choices.MIN_SAMPLES:
         return SidePoints(np.zeros(0), np.zeros(0), np.zeros((0, 2)))
     from sklearn.cluster import DBSCAN  # imported here because it loads slowly and starts threads
 
-    bearing = scan.bearings[hit]
-    points = scan.distances[hit][:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    bearing = scan.bearings[is_hit]
+    points = scan.distances[is_hit][:, None] * np.column_stack((np.cos(bearing), np.sin(bearing)))
     labels = DBSCAN(eps=choices.EPS, min_samples=int(choices.MIN_SAMPLES)).fit(points).labels_
     bearing, points, labels = bearing[labels >= 0], points[labels >= 0], labels[labels >= 0]
-    following = np.roll(points, -1, axis=0)
-    ends_cluster = (np.hypot(*(following - points).T) > choices.EPS) | (np.roll(labels, -1) != labels)
+    next_points = np.roll(points, -1, axis=0)
+    ends_cluster = (np.hypot(*(next_points - points).T) > choices.EPS) | (np.roll(labels, -1) != labels)
     if not scan.full_circle:
         ends_cluster[-1:] = False
-    last = bearing[ends_cluster]
-    first = last + (np.roll(bearing, -1)[ends_cluster] - last) % (2.0 * math.pi)
-    return SidePoints(last, first, 0.5 * (points + following)[ends_cluster])
+    last_bearings = bearing[ends_cluster]
+    first_bearings = last_bearings + (np.roll(bearing, -1)[ends_cluster] - last_bearings) % (2.0 * math.pi)
+    return SidePoints(last_bearings, first_bearings, 0.5 * (points + next_points)[ends_cluster])
 
 
 def compute_mean_bearing(sides: SidePoints) -> np.ndarray:

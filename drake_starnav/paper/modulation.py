@@ -70,8 +70,8 @@ def make_modulation_matrix(level: Level) -> np.ndarray:
     (rx, ry), (ex, ey) = level.outward, level.tangent  # the sign of r does not matter
     along_r, along_e = compute_eigenvalues(level.gamma)
     determinant = rx * ey - ry * ex
-    inverse = np.array(((ey, -ex), (-ry, rx))) / determinant
-    return np.array(((rx, ex), (ry, ey))) @ (np.array(((along_r,), (along_e,))) * inverse)
+    inverse_matrix = np.array(((ey, -ex), (-ry, rx))) / determinant
+    return np.array(((rx, ex), (ry, ey))) @ (np.array(((along_r,), (along_e,))) * inverse_matrix)
 
 
 def modulate_at_level(level: Level, vector: np.ndarray) -> np.ndarray:

@@ -38,9 +38,9 @@ class PaperState(PlannerState):
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """Return a short line across the way to each frontier point, shape (n, 2, 2), W, m."""
         offsets = self.points - self.roadmap.union.center[self.owners]
-        across = np.column_stack((-offsets[:, 1], offsets[:, 0])) / np.hypot(*offsets.T)[:, None]
-        half = 0.5 * robot_radius * across
-        return np.stack((self.points - half, self.points + half), axis=1)
+        side_vectors = np.column_stack((-offsets[:, 1], offsets[:, 0])) / np.hypot(*offsets.T)[:, None]
+        half_lines = 0.5 * robot_radius * side_vectors
+        return np.stack((self.points - half_lines, self.points + half_lines), axis=1)
 
 
 def generate_roadmap(state: PaperState, observation: Observation) -> PaperState:
@@ -50,14 +50,14 @@ def generate_roadmap(state: PaperState, observation: Observation) -> PaperState:
     """
     region = observation.region  # line 2, see `make_traversable_region`: perception has fitted it
     assert region is not None
-    points = identify_frontier_points(region, observation.scan, observation.pose)  # line 3
+    frontier_points = identify_frontier_points(region, observation.scan, observation.pose)  # line 3
     for other in state.roadmap.regions:  # III-B.3: new points within other regions are no frontier points
-        points = points[~other.contains(points).astype(bool)]
+        frontier_points = frontier_points[~other.contains(frontier_points).astype(bool)]
     return dataclasses.replace(
         state,
         roadmap=append_node(state.roadmap, observation, state.roadmap.grid),  # lines 4 to 7
-        points=np.vstack((state.points, points)),
-        owners=np.append(state.owners, np.full(len(points), len(state.roadmap))),
+        points=np.vstack((state.points, frontier_points)),
+        owners=np.append(state.owners, np.full(len(frontier_points), len(state.roadmap))),
         node=len(state.roadmap),
         update=False,
     )
@@ -65,8 +65,8 @@ def generate_roadmap(state: PaperState, observation: Observation) -> PaperState:
 
 def delete_point(state: PaperState, place: np.ndarray) -> PaperState:
     """Line 16 of Algorithm 1: delete p_sg in R; a node is kept, as it holds a region."""
-    others = np.hypot(*(state.points - place).T) > 1e-9
-    return dataclasses.replace(state, points=state.points[others], owners=state.owners[others])
+    is_other = np.hypot(*(state.points - place).T) > 1e-9
+    return dataclasses.replace(state, points=state.points[is_other], owners=state.owners[is_other])
 
 
 def is_feasible(state: PaperState, observation: Observation, time: float) -> bool:
@@ -79,8 +79,8 @@ def is_feasible(state: PaperState, observation: Observation, time: float) -> boo
         return False
     if not (state.points == state.route.path[0]).all(axis=1).any():
         return True
-    hits = observation.scan.points(observation.pose)
-    return not (np.hypot(*(hits - state.route.path[0]).T) < choices.FEASIBLE_DISTANCE).any()
+    hit_points = observation.scan.points(observation.pose)
+    return not (np.hypot(*(hit_points - state.route.path[0]).T) < choices.FEASIBLE_DISTANCE).any()
 
 
 def is_near(a: np.ndarray, b: np.ndarray, distance: float) -> bool:

@@ -28,22 +28,22 @@ def find_shortest_sequence(state: PaperState, position: np.ndarray, goal: np.nda
     goal_nodes = np.flatnonzero([bool(region.contains(goal)) for region in roadmap.regions])
     reaches_goal = len(goal_nodes) > 0
     end_points = np.repeat(goal[None, :], len(goal_nodes), axis=0) if reaches_goal else state.points
-    owners = goal_nodes if reaches_goal else state.owners
+    end_owners = goal_nodes if reaches_goal else state.owners
     if not len(end_points):
         return Sequence(np.zeros((0, 2)), False)
     places = np.vstack((position, centers, end_points))  # vertices: the robot, then nodes, then ends
-    edges = np.vstack((1 + roadmap.edges, np.column_stack((1 + owners, 1 + nodes + np.arange(len(end_points))))))
+    edges = np.vstack((1 + roadmap.edges, np.column_stack((1 + end_owners, 1 + nodes + np.arange(len(end_points))))))
     adjacent_edges = edges[(edges == 1 + state.node).any(axis=1)]
-    own = np.where(adjacent_edges == 1 + state.node, 0, adjacent_edges)
-    edges = np.vstack((edges, own, (0, 1 + state.node)))
-    lengths = np.hypot(*(places[edges[:, 0]] - places[edges[:, 1]]).T)
-    graph = csr_array((np.maximum(lengths, 1e-9), edges.T), shape=(len(places), len(places)))
-    distance, previous = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
-    total_lengths = distance[1 + nodes :] + np.hypot(*(end_points - goal).T)
+    own_edges = np.where(adjacent_edges == 1 + state.node, 0, adjacent_edges)
+    edges = np.vstack((edges, own_edges, (0, 1 + state.node)))
+    edge_lengths = np.hypot(*(places[edges[:, 0]] - places[edges[:, 1]]).T)
+    edge_graph = csr_array((np.maximum(edge_lengths, 1e-9), edges.T), shape=(len(places), len(places)))
+    node_distances, previous_vertices = dijkstra(edge_graph, directed=False, indices=0, return_predecessors=True)
+    total_lengths = node_distances[1 + nodes :] + np.hypot(*(end_points - goal).T)
     if not np.isfinite(total_lengths).any():
         return Sequence(np.zeros((0, 2)), False)
     vertex, sequence = 1 + nodes + int(np.argmin(total_lengths)), []
     while vertex != 0:
         sequence.append(vertex)
-        vertex = int(previous[vertex])
+        vertex = int(previous_vertices[vertex])
     return Sequence(places[sequence[::-1]], reaches_goal)

@@ -35,8 +35,8 @@ def make_traversable_region(scan: LaserScan, pose: np.ndarray, radius: float) ->
         radius: of the robot, m, which the region does not regard.
     """
     beams = len(scan.ranges) if scan.full_circle else 0  # one sample a beam, as the slopes of others would be steps
-    profile = make_range_profile(scan, scan.distances, radius, choices.RANGE, samples=beams)
-    return fit_region(profile, pose[:2], pose[2] + scan.angle_min, fit_boundary)
+    range_profile = make_range_profile(scan, scan.distances, radius, choices.RANGE, samples=beams)
+    return fit_region(range_profile, pose[:2], pose[2] + scan.angle_min, fit_boundary)
 
 
 def fit_boundary(samples: np.ndarray, radius: float = 0.0) -> PiecewiseCubic:
@@ -89,7 +89,7 @@ def make_range_profile(
         samples: M; 0: as many as `count_bearings`.
     """
     samples = samples or count_bearings(scan)
-    beam = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
-    beam = beam % len(distance) if scan.full_circle else np.minimum(beam, len(distance) - 1)
-    limit = compute_free_limit(find_field_of_view(scan), samples, min(scan.range_max, reach))
-    return FreeRange(np.clip(distance[beam], 0.0, limit), limit, 0.0, radius)
+    nearest_beams = np.rint(2.0 * math.pi / samples * np.arange(samples) / scan.angle_increment).astype(int)
+    nearest_beams = nearest_beams % len(distance) if scan.full_circle else np.minimum(nearest_beams, len(distance) - 1)
+    free_limit = compute_free_limit(find_field_of_view(scan), samples, min(scan.range_max, reach))
+    return FreeRange(np.clip(distance[nearest_beams], 0.0, free_limit), free_limit, 0.0, radius)

@@ -73,21 +73,21 @@ def select_drive(log: Log, scenario: Scenario) -> LoggedDrive:
 
 def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
-    times = np.array([scan.time for _, scan in log.scans])
-    several = min(len(times) - 1, ENOUGH)  # as they may come by the raster of something else
-    late = np.array([arrival_time - scan.time for arrival_time, scan in log.scans])
+    scan_times = np.array([scan.time for _, scan in log.scans])
+    scan_interval = min(len(scan_times) - 1, ENOUGH)  # as they may come by the raster of something else
+    scan_delays = np.array([arrival_time - scan.time for arrival_time, scan in log.scans])
     last = log.scans[-1][1]
     ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last.ranges)])
-    latest = float(np.quantile(late, 0.99))
-    wait = min(1.0 / log.scenario.controller.rate, latest - float(late.min()))  # for a step: no delay of its own
-    turn = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
+    latest = float(np.quantile(scan_delays, 0.99))
+    wait = min(1.0 / log.scenario.controller.rate, latest - float(scan_delays.min()))  # for a step: no delay of its own
+    turn_end = last.angle_min + len(last.ranges) * last.angle_increment if last.full_circle else last.angle_max
     return {
         "beams": len(last.ranges),
         "angle_min": round(last.angle_min, 6),
-        "angle_max": round(min(turn, last.angle_min + 2.0 * math.pi), 6),
+        "angle_max": round(min(turn_end, last.angle_min + 2.0 * math.pi), 6),
         "range_min": round(last.range_min, 4),
         "range_max": round(last.range_max, 4),
-        "rate": float(f"{several / np.median(times[several:] - times[:-several]):.3g}"),
+        "rate": float(f"{scan_interval / np.median(scan_times[scan_interval:] - scan_times[:-scan_interval]):.3g}"),
         "noise": _round_up(estimate_range_noise(log)),
         "dropout": _round_up(float(np.isnan(ranges).mean())),
         "delay": _round_up(max(latest - wait, 0.0)),
@@ -96,40 +96,40 @@ def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
 
 def estimate_range_noise(log: LoggedDrive) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
-    times = np.array([row.time for row in log.rows])
+    row_times = np.array([row.time for row in log.rows])
     is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in log.rows])
     still_scans: list[np.ndarray] = []
-    best = math.nan
+    best_noise = math.nan
     for _, scan in (*log.scans, (0.0, None)):
         rows_around = (
-            slice(0, 0) if scan is None else slice(*np.searchsorted(times, (scan.time - 0.2, scan.time + 0.2)))
+            slice(0, 0) if scan is None else slice(*np.searchsorted(row_times, (scan.time - 0.2, scan.time + 0.2)))
         )
-        if scan is not None and not is_moving[rows_around].any() and len(times[rows_around]):
+        if scan is not None and not is_moving[rows_around].any() and len(row_times[rows_around]):
             still_scans.append(scan.ranges)
             continue
         if len(still_scans) >= ENOUGH and len({len(each) for each in still_scans}) == 1:
-            hits = np.array(still_scans)[:, np.isfinite(still_scans).all(axis=0)]
-            if hits.shape[1]:
-                best = float(np.nanmin((best, np.median(hits.std(axis=0, ddof=1)))))
+            hit_ranges = np.array(still_scans)[:, np.isfinite(still_scans).all(axis=0)]
+            if hit_ranges.shape[1]:
+                best_noise = float(np.nanmin((best_noise, np.median(hit_ranges.std(axis=0, ddof=1)))))
         still_scans = []
-    return best
+    return best_noise
 
 
 def estimate_mask(log: LoggedDrive) -> list[list[float]] | None:
     """Where the lidar sees the robot, as of `lidar.mask`; None: unknown, as the robot hardly moved."""
-    last, radius = log.scans[-1][1], log.scenario.robot.radius
+    last_scan, radius = log.scans[-1][1], log.scenario.robot.radius
     if np.ptp([row[1:3] for row in log.rows], axis=0).max() < 2.0 * radius:
         return None  # what stands about it looks the same
-    ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last.ranges)])
-    hit = ranges < 1.5 * radius  # -inf included
+    ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last_scan.ranges)])
+    is_near = ranges < 1.5 * radius  # -inf included
     near_ranges = np.clip(ranges, 0.0, 1.5 * radius)
-    spread = np.where(hit, np.abs(near_ranges - np.median(near_ranges, axis=0)), 0.0).max(axis=0)
+    range_spread = np.where(is_near, np.abs(near_ranges - np.median(near_ranges, axis=0)), 0.0).max(axis=0)
     noise = estimate_range_noise(log)
-    own = (hit.mean(axis=0) > 0.9) & (spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], own.astype(int), [0]))))
-    half = 0.5 * last.angle_increment
+    is_own = (is_near.mean(axis=0) > 0.9) & (range_spread < OWN_NOISE * (0.01 if math.isnan(noise) else noise) + 1e-6)
+    sector_edges = np.flatnonzero(np.diff(np.concatenate(([0], is_own.astype(int), [0]))))
+    half = 0.5 * last_scan.angle_increment
     return np.round(
-        [(last.bearings[a] - half, last.bearings[b - 1] + half) for a, b in edges.reshape(-1, 2)], 4
+        [(last_scan.bearings[a] - half, last_scan.bearings[b - 1] + half) for a, b in sector_edges.reshape(-1, 2)], 4
     ).tolist()
 
 
@@ -137,27 +137,27 @@ def estimate_drive(log: LoggedDrive) -> dict[str, float]:
     """Delay, slip and error of the drive, by the keys of `drive`: least values that this log allows."""
     rows, delay = np.array(log.rows), estimate_drive_delay(log)
     robot = log.scenario.robot
-    braking = max(robot.max_speed / robot.limits.max_deceleration, 0.5)
+    braking_time = max(robot.max_speed / robot.limits.max_deceleration, 0.5)
     lost_ways, stray_shares = [0.0], [0.0]
-    for end in np.arange(rows[0, 0] + braking, rows[-1, 0], 0.5 * braking):
-        braking_rows = log.rows[np.searchsorted(rows[:, 0], end - braking) : np.searchsorted(rows[:, 0], end)]
+    for end in np.arange(rows[0, 0] + braking_time, rows[-1, 0], 0.5 * braking_time):
+        braking_rows = log.rows[np.searchsorted(rows[:, 0], end - braking_time) : np.searchsorted(rows[:, 0], end)]
         asked_way, driven_way, time = compare_motion(log.velocities, braking_rows, delay)
-        way = math.hypot(*asked_way[:2])
-        if time < 0.5 * braking:
+        asked_length = math.hypot(*asked_way[:2])
+        if time < 0.5 * braking_time:
             continue
         deviation = driven_way - asked_way
         stray_shares.append(math.hypot(deviation[0], deviation[1]))
-        if way > robot.radius:
-            lost_ways.append(1.0 - math.hypot(*driven_way[:2]) / way)
-    slip = max(float(np.quantile(lost_ways, 0.98)), 0.0)
-    error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED, 0.0)
-    explained_by_slip = slip * robot.max_speed * braking
+        if asked_length > robot.radius:
+            lost_ways.append(1.0 - math.hypot(*driven_way[:2]) / asked_length)
+    drive_slip = max(float(np.quantile(lost_ways, 0.98)), 0.0)
+    drive_error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED, 0.0)
+    explained_by_slip = drive_slip * robot.max_speed * braking_time
     delay = delay if delay > 1.0 / log.scenario.controller.rate else 0.0  # a command is reached within its period
     delay = max(delay, float(np.quantile(log.send_delays, 0.99)))
     return {
         "delay": _round_up(delay),
-        "slip": _round_up(slip, 0.01),
-        "error": _round_up(max(error - explained_by_slip, 0.0), 0.005),
+        "slip": _round_up(drive_slip, 0.01),
+        "error": _round_up(max(drive_error - explained_by_slip, 0.0), 0.005),
     }
 
 
@@ -165,33 +165,33 @@ def estimate_drive_delay(log: LoggedDrive) -> float:
     """The delay with which the twist of the odometry follows the commanded one best, s."""
     rows, commands = np.array(log.rows), np.array(log.velocities)
     measured_velocity = np.column_stack((rows[:, 4], rows[:, 6], rows[:, 5]))
-    scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
+    velocity_scale = np.maximum(np.abs(commands[:, 1:]).max(axis=0), 0.05)
     tried_delays = np.arange(0.0, LONGEST_DELAY + 1e-9, DELAY_STEP)
-    misfit = []
+    delay_misfits = []
     for delay in tried_delays:
         at = np.searchsorted(commands[:, 0], rows[:, 0] - delay, side="right") - 1
-        deviation = (measured_velocity - commands[np.maximum(at, 0), 1:])[at >= 0] / scale
-        misfit.append(float((deviation**2).mean()))
-    best = float(tried_delays[int(np.argmin(misfit))])
-    return best if misfit[0] - min(misfit) > 1e-4 else 0.0  # a command that never changes tells nothing
+        deviation = (measured_velocity - commands[np.maximum(at, 0), 1:])[at >= 0] / velocity_scale
+        delay_misfits.append(float((deviation**2).mean()))
+    best = float(tried_delays[int(np.argmin(delay_misfits))])
+    return best if delay_misfits[0] - min(delay_misfits) > 1e-4 else 0.0  # a command that never changes tells nothing
 
 
 def estimate_odometry_drift(log: LoggedDrive) -> float:
     """Drift of the odometry that the first lidar's scans show, as of `localization.drift`; NaN if it hardly moved."""
-    scenario, times = log.scenario, np.array([row.time for row in log.rows])
-    lidar, check, shares = scenario.all_lidars[0], OdometryCheck(), []
+    scenario, row_times = log.scenario, np.array([row.time for row in log.rows])
+    lidar, check, drift_shares = scenario.all_lidars[0], OdometryCheck(), []
     error = describe_lidar_error(scenario)
     for _, scan in log.lidars[0]:
-        k = int(np.searchsorted(times, scan.time))
-        pose = interpolate_pose(log.rows[max(k - 1, 0) : k + 1], scan.time, AHEAD)
+        next_row = int(np.searchsorted(row_times, scan.time))
+        pose = interpolate_pose(log.rows[max(next_row - 1, 0) : next_row + 1], scan.time, AHEAD)
         if pose is None:
             continue
         previous_check, check = check, check.add_scan(scan.mask_sectors(lidar.mask), pose, error, log.mounts[0])
         if check.steps is not previous_check.steps and len(check.steps) == KEPT_STEPS:
             difference = check.sum_differences()
             turning_share = difference.turned_off / difference.turned if difference.turned > LEAST_TURN else 0.0
-            shares.append(max(difference.off / max(difference.driven, error.body), turning_share))
-    return float(np.quantile(shares, 0.9)) if shares else math.nan
+            drift_shares.append(max(difference.off / max(difference.driven, error.body), turning_share))
+    return float(np.quantile(drift_shares, 0.9)) if drift_shares else math.nan
 
 
 def calibrate(log: Log, scenario: Scenario) -> str:
@@ -202,7 +202,7 @@ def calibrate(log: Log, scenario: Scenario) -> str:
         scenario: that drove.
     """
     logged_run = select_drive(log, scenario)
-    drive, sections = (
+    drive_section, lidar_sections = (
         estimate_drive(logged_run),
         [_make_lidar_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars],
     )
@@ -213,7 +213,7 @@ def calibrate(log: Log, scenario: Scenario) -> str:
         "poses a second"
     ]
     lines.append("lidars:" if scenario.lidars else "lidar:")
-    for lidar, section in zip(scenario.all_lidars, sections, strict=True):
+    for lidar, section in zip(scenario.all_lidars, lidar_sections, strict=True):
         lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
         lines += [f"{'    ' if scenario.lidars else '  '}{line}" for line in section]
     drift = estimate_odometry_drift(logged_run)
@@ -221,20 +221,20 @@ def calibrate(log: Log, scenario: Scenario) -> str:
         lines += ["localization:", f"  drift: {_round_up(drift, 0.01):g}"]
     elif math.isnan(drift):
         lines.append("# localization.drift: unknown, as the robot hardly moved, or its scans do not fit each other")
-    lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive.items())]
-    if drive["slip"] > 0.2 or drive["error"] > 0.1:
+    lines += ["drive:", *(f"  {name}: {value:g}" for name, value in drive_section.items())]
+    if drive_section["slip"] > 0.2 or drive_section["error"] > 0.1:
         lines.append("# the base does not do what it is told: look for the cause before this is declared")
     return "\n".join(lines) + "\n"
 
 
 def _make_lidar_section(log: LoggedDrive) -> list[str]:
     """What to declare of a lidar."""
-    values, mask = estimate_lidar(log), estimate_mask(log)
-    lines = [f"{name}: {value:g}" for name, value in values.items() if not math.isnan(value)]
-    if math.isnan(values["noise"]):
+    lidar_values, mask = estimate_lidar(log), estimate_mask(log)
+    lines = [f"{name}: {value:g}" for name, value in lidar_values.items() if not math.isnan(value)]
+    if math.isnan(lidar_values["noise"]):
         lines.append("# noise: unknown, as the robot never stood for half a second: let it stand before it drives")
-    unknown = "# mask: unknown, as the robot hardly moved"
-    return [*lines, unknown if mask is None else f"mask: {mask}" if mask else "# mask: it does not see the robot"]
+    unknown_mask = "# mask: unknown, as the robot hardly moved"
+    return [*lines, unknown_mask if mask is None else f"mask: {mask}" if mask else "# mask: it does not see the robot"]
 
 
 def _round_up(value: float, least: float = 0.001) -> float:

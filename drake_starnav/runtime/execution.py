@@ -119,8 +119,8 @@ def judge_execution(execution: Execution, time: float, rows: Sequence[Odometry],
         must_wait = bool(failure or conflict) and time < execution.trial_time + AGAIN
         needs_new_goal = must_wait or bool(failure) and is_pose_denied(execution.scans)
         return replace(execution, why=conflict or failure, is_lost=bool(conflict), needs_new_goal=needs_new_goal)
-    last, last_command = rows[-1], execution.velocities[-1][1:] if execution.velocities else ()
-    if any(abs(each) > STANDS for each in (last.v, last.aside, last.omega, *last_command)):
+    last_row, last_command = rows[-1], execution.velocities[-1][1:] if execution.velocities else ()
+    if any(abs(each) > STANDS for each in (last_row.v, last_row.aside, last_row.omega, *last_command)):
         return replace(execution, standing_since=math.inf)
     standing_since = min(execution.standing_since, time)
     return (
@@ -139,8 +139,8 @@ def compute_changed_share(scans: Sequence[PosedScan]) -> float:
     """Share of the beams that changed while the pose stayed as it is now; NaN where fewer than FEWEST tell anything."""
     if not scans:
         return math.nan
-    poses, newest = np.array([each.pose for each in scans]), scans[-1].scan
-    left_poses = np.flatnonzero(np.abs(poses - poses[-1]).max(axis=1) > STAYS)
+    scan_poses, newest = np.array([each.pose for each in scans]), scans[-1].scan
+    left_poses = np.flatnonzero(np.abs(scan_poses - scan_poses[-1]).max(axis=1) > STAYS)
     oldest = scans[left_poses[-1] + 1 if len(left_poses) else 0].scan
     if len(oldest.ranges) != len(newest.ranges):
         return 1.0
@@ -170,33 +170,33 @@ def compare_motion(
     nothing = np.zeros(3), np.zeros(3), 0.0
     if len(commands) < 2 or len(rows) < 2:
         return nothing
-    orders, driven_rows = np.array(commands), np.array(rows)
-    times = driven_rows[:, 0]
-    begin = max(times[-1] - WINDOW, orders[0, 0] + delay, times[0])
-    driven_rows = driven_rows[np.searchsorted(times, begin) :]
+    command_rows, driven_rows = np.array(commands), np.array(rows)
+    row_times = driven_rows[:, 0]
+    begin = max(row_times[-1] - WINDOW, command_rows[0, 0] + delay, row_times[0])
+    driven_rows = driven_rows[np.searchsorted(row_times, begin) :]
     if len(driven_rows) < 2:
         return nothing
     begin, end = driven_rows[0, 0], driven_rows[-1, 0]
-    edges = np.clip(np.append(orders[:, 0], math.inf) + delay, begin, end)
-    asked_way = (np.diff(edges)[:, None] * orders[:, 1:]).sum(axis=0)
-    step = np.diff(driven_rows[:, 1:4], axis=0)
-    turn = np.mod(step[:, 2] + math.pi, 2.0 * math.pi) - math.pi
-    yaw = driven_rows[:-1, 3] + 0.5 * turn
-    way_ahead = step[:, 0] * np.cos(yaw) + step[:, 1] * np.sin(yaw)
-    way_aside = step[:, 1] * np.cos(yaw) - step[:, 0] * np.sin(yaw)
-    return asked_way, np.array((way_ahead.sum(), way_aside.sum(), turn.sum())), float(end - begin)
+    command_ends = np.clip(np.append(command_rows[:, 0], math.inf) + delay, begin, end)
+    asked_way = (np.diff(command_ends)[:, None] * command_rows[:, 1:]).sum(axis=0)
+    row_steps = np.diff(driven_rows[:, 1:4], axis=0)
+    row_turns = np.mod(row_steps[:, 2] + math.pi, 2.0 * math.pi) - math.pi
+    middle_yaws = driven_rows[:-1, 3] + 0.5 * row_turns
+    way_ahead = row_steps[:, 0] * np.cos(middle_yaws) + row_steps[:, 1] * np.sin(middle_yaws)
+    way_aside = row_steps[:, 1] * np.cos(middle_yaws) - row_steps[:, 0] * np.sin(middle_yaws)
+    return asked_way, np.array((way_ahead.sum(), way_aside.sum(), row_turns.sum())), float(end - begin)
 
 
 def describe_not_executed(commands: Sequence[CommandedVelocity], rows: Sequence[Odometry], scenario: Scenario) -> str:
     """What the base, or its odometry, does other than it is told; empty: nothing."""
     drive = scenario.drive
     asked_way, driven_way, time = compare_motion(commands, rows, drive.delay)
-    way, deviation = math.hypot(*asked_way[:2]), math.hypot(*(driven_way - asked_way)[:2])
+    asked_length, deviation = math.hypot(*asked_way[:2]), math.hypot(*(driven_way - asked_way)[:2])
     turn, driven_turn = asked_way[2], driven_way[2]
-    if deviation > OFF + drive.error + (OFF_SHARE + drive.slip) * way:
+    if deviation > OFF + drive.error + (OFF_SHARE + drive.slip) * asked_length:
         done = math.hypot(*driven_way[:2])
-        return f"not executed: {done:.2f} m driven by the odometry, {way:.2f} m commanded in {time:.1f} s"
-    slipped_way = drive.slip * (abs(turn) + way / (LEAST_ARM * scenario.robot.radius))
+        return f"not executed: {done:.2f} m driven by the odometry, {asked_length:.2f} m commanded in {time:.1f} s"
+    slipped_way = drive.slip * (abs(turn) + asked_length / (LEAST_ARM * scenario.robot.radius))
     if abs(driven_turn - turn) > TURNED + TURNED_SHARE * abs(turn) + slipped_way:
         return f"not executed: {driven_turn:.2f} rad turned by the odometry, {turn:.2f} rad commanded in {time:.1f} s"
     return ""
@@ -209,13 +209,13 @@ def describe_disagreement(check: OdometryCheck, scenario: Scenario) -> str:
     difference, localization = check.sum_differences(), scenario.localization
     share = SEEN_SHARE + localization.drift + scenario.drive.slip
     obstacle_way = scenario.obstacles.max_speed * difference.time
-    ways = f"{difference.seen:.2f} m driven by the scans, {difference.driven:.2f} m by the odometry"
-    angles = f"{difference.seen_turned:.2f} rad turned by the scans, {difference.turned:.2f} rad by the odometry"
+    way_text = f"{difference.seen:.2f} m driven by the scans, {difference.driven:.2f} m by the odometry"
+    angle_text = f"{difference.seen_turned:.2f} rad turned by the scans, {difference.turned:.2f} rad by the odometry"
     if (
         difference.off
         > SEEN_OFF * scenario.robot.shape.cover_radius + localization.jump + obstacle_way + share * difference.driven
     ):
-        return f"scans and odometry disagree: {ways}"
+        return f"scans and odometry disagree: {way_text}"
     if difference.turned_off > SEEN_TURN + (obstacle_way > 0.0) * TURNED + share * difference.turned:
-        return f"scans and odometry disagree: {angles}"
+        return f"scans and odometry disagree: {angle_text}"
     return ""

@@ -116,10 +116,10 @@ class Intake:
     @staticmethod
     def empty(lidars: int) -> "Intake":
         """The intake of a robot with this number of lidars, before anything has come."""
-        never = (-math.inf,) * lidars
+        no_times = (-math.inf,) * lidars
         return Intake(
-            newest_stamps=never,
-            arrival_times=never,
+            newest_stamps=no_times,
+            arrival_times=no_times,
             bad_scans=("",) * lidars,
             seen_ranges=((),) * lidars,
             believed_scans=(None,) * lidars,
@@ -127,15 +127,15 @@ class Intake:
 
     def count_drop(self, why: str, **changes: Any) -> "Intake":
         """One thing more was dropped."""
-        counts = dict(self.drop_counts)
-        counts[why] = counts.get(why, 0) + 1
-        return dataclasses.replace(self, drop_counts=tuple(counts.items()), **changes)
+        drop_counts = dict(self.drop_counts)
+        drop_counts[why] = drop_counts.get(why, 0) + 1
+        return dataclasses.replace(self, drop_counts=tuple(drop_counts.items()), **changes)
 
 
 def restart_clock(intake: Intake, time: float) -> Intake:
     """The intake when the clock begins again: only the last pose stays, for where the odometry goes on from it."""
-    rows = tuple(row._replace(time=time - OLDEST) for row in intake.rows[-1:])
-    return dataclasses.replace(Intake.empty(len(intake.newest_stamps)), rows=rows)
+    last_rows = tuple(row._replace(time=time - OLDEST) for row in intake.rows[-1:])
+    return dataclasses.replace(Intake.empty(len(intake.newest_stamps)), rows=last_rows)
 
 
 def reset_beliefs(intake: Intake) -> Intake:
@@ -180,16 +180,16 @@ def _add_row(intake: Intake, time: float, row: Any, declaration: Declared) -> In
     if not all(map(math.isfinite, row)):
         return intake.count_drop("odometry that is not finite", bad_odometry="odometry is not finite")
     if row.time > time + CLOCK:
-        text = f"odometry is stamped {row.time - time:.3g} s ahead of the clock"
-        return intake.count_drop("odometry from the future", bad_odometry=text)
-    last = intake.rows[-1] if intake.rows else None
-    if last is not None and row.time <= last.time:
+        fault_text = f"odometry is stamped {row.time - time:.3g} s ahead of the clock"
+        return intake.count_drop("odometry from the future", bad_odometry=fault_text)
+    last_row = intake.rows[-1] if intake.rows else None
+    if last_row is not None and row.time <= last_row.time:
         return intake.count_drop("odometry twice or out of order")
-    if last is not None and not declaration.jumps and (jump_text := _find_jump(last, row, declaration.robot)):
-        fresh = dataclasses.replace(
+    if last_row is not None and not declaration.jumps and (jump_text := _find_jump(last_row, row, declaration.robot)):
+        fresh_intake = dataclasses.replace(
             Intake.empty(len(intake.newest_stamps)), newest_stamps=intake.newest_stamps, drop_counts=intake.drop_counts
         )
-        return fresh.count_drop("jump of the odometry", rows=(row,), jump_time=row.time, bad_odometry=jump_text)
+        return fresh_intake.count_drop("jump of the odometry", rows=(row,), jump_time=row.time, bad_odometry=jump_text)
     return dataclasses.replace(intake, rows=(*intake.rows, row), bad_odometry="")
 
 
@@ -200,8 +200,8 @@ def _find_jump(last: Odometry, row: Odometry, robot: RobotParameters) -> str:
     )  # without odometry it brakes
     led = extrapolate_pose(last, last.time + dt) - last[1:4]
     driven_step = np.array((row.x - last.x, row.y - last.y, math.remainder(row.yaw - last.yaw, 2.0 * math.pi)))
-    share = min(max(float(driven_step[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
-    excess_way = math.hypot(*(driven_step - share * led)[:2])
+    step_share = min(max(float(driven_step[:2] @ led[:2]), 0.0) / (float(led[:2] @ led[:2]) or 1.0), 1.0)
+    excess_way = math.hypot(*(driven_step - step_share * led)[:2])
     excess_turn = abs(driven_step[2] - min(max(driven_step[2], min(led[2], 0.0)), max(led[2], 0.0)))
     if excess_way > JUMP + JUMP_SHARE * robot.max_speed * dt:
         return f"the pose jumps by {excess_way:.2g} m, and localization.jump is 0"
@@ -217,16 +217,16 @@ def _add_scan(intake: Intake, time: float, k: Any, scan: Any, declaration: Decla
     scan = make_canonical_scan(scan, scan_time=1.0 / lidar.rate)  # of drivers it may be 0, or anything
     scan = scan.mask_sectors(lidar.mask) if lidar.mask else scan
     if scan.time > time + CLOCK:
-        text = f"a scan is stamped {scan.time - time:.3g} s ahead of the clock"
-        return _refuse_scan(intake, k, "scan from the future", text)
+        fault_text = f"a scan is stamped {scan.time - time:.3g} s ahead of the clock"
+        return _refuse_scan(intake, k, "scan from the future", fault_text)
     if scan.time <= max([intake.newest_stamps[k], *(each.time for j, each in intake.waiting if j == k)]):
         return intake.count_drop("scan twice or out of order")
-    if wrong := describe_false_scan(scan, lidar):
-        return _refuse_scan(intake, k, "false scan", wrong)
+    if scan_fault := describe_false_scan(scan, lidar):
+        return _refuse_scan(intake, k, "false scan", scan_fault)
     scan = within_range(scan, lidar)
-    close = [] if lidar.outliers else find_lone_close_hits(scan, declaration.bodies[k]).tolist()
-    scan = lose_beams(scan, close)
-    for beam in close:
+    close_beams = [] if lidar.outliers else find_lone_close_hits(scan, declaration.bodies[k]).tolist()
+    scan = lose_beams(scan, close_beams)
+    for beam in close_beams:
         intake = intake.count_drop(f"hit of beam {beam} of lidar {k} alone, inside the robot or nearer than range_min")
     waiting, arrival_times = (*intake.waiting, (k, scan)), replace_item(intake.arrival_times, k, time)
     return dataclasses.replace(
@@ -243,18 +243,18 @@ def _refuse_scan(intake: Intake, k: Any, kind: str, why: str) -> Intake:
 
 def describe_false_scan(scan: LaserScan, lidar: LidarParameters) -> str:
     """In what a scan falls short of its declared lidar; empty: in nothing."""
-    view = lidar.field_of_view
+    declared_view = lidar.field_of_view
     if scan.measured_at == -math.inf:
         return "a scan measures nothing: all beams are lost"
-    if scan.angle_increment > 1.05 * view.angle_increment:
+    if scan.angle_increment > 1.05 * declared_view.angle_increment:
         return f"a scan has {len(scan.ranges)} beams over {scan.field_of_view.span:.3g} rad; declared: {lidar.beams}"
-    if scan.field_of_view.span + scan.angle_increment < 0.97 * (view.span + view.angle_increment):
-        return f"a scan spans {scan.field_of_view.span:.3g} rad; declared: {view.span:.3g} rad"
+    if scan.field_of_view.span + scan.angle_increment < 0.97 * (declared_view.span + declared_view.angle_increment):
+        return f"a scan spans {scan.field_of_view.span:.3g} rad; declared: {declared_view.span:.3g} rad"
     if scan.range_max < LEAST_SHARE * lidar.range_max:
         return f"a scan has range_max {scan.range_max:.3g} m; declared: {lidar.range_max:.3g} m"
-    sweep = abs(scan.time_increment) * (len(scan.ranges) - 1)
-    if sweep > LONGEST_SWEEP / lidar.rate:
-        sweep_text = f"a scan takes {sweep:.3g} s by its time_increment of {scan.time_increment:.3g} s"
+    sweep_time = abs(scan.time_increment) * (len(scan.ranges) - 1)
+    if sweep_time > LONGEST_SWEEP / lidar.rate:
+        sweep_text = f"a scan takes {sweep_time:.3g} s by its time_increment of {scan.time_increment:.3g} s"
         return f"{sweep_text}; declared: {1.0 / lidar.rate:.3g} s from scan to scan"
     return ""
 
@@ -265,22 +265,22 @@ def within_range(scan: LaserScan, lidar: LidarParameters) -> LaserScan:
     That is the farthest range of the scan, just below its `range_max`, if FEWEST_HITS beams hold it to the bit. The
     scan then reaches no farther, so that nothing is taken for free that was not measured.
     """
-    limit = min(scan.range_max, float(np.float32(lidar.range_max)))
-    near_limit = scan.ranges[(scan.ranges >= LEAST_SHARE * limit) & (scan.ranges < limit)]
+    range_limit = min(scan.range_max, float(np.float32(lidar.range_max)))
+    near_limit = scan.ranges[(scan.ranges >= LEAST_SHARE * range_limit) & (scan.ranges < range_limit)]
     if len(near_limit) and np.count_nonzero(near_limit == near_limit.max()) >= FEWEST_HITS:
-        limit = float(near_limit.max())
-    if limit == scan.range_max:
+        range_limit = float(near_limit.max())
+    if range_limit == scan.range_max:
         return scan
-    ranges = np.where(scan.ranges >= limit, math.inf, scan.ranges)
-    return dataclasses.replace(scan, ranges=ranges, range_max=limit)
+    ranges = np.where(scan.ranges >= range_limit, math.inf, scan.ranges)
+    return dataclasses.replace(scan, ranges=ranges, range_max=range_limit)
 
 
 def extrapolate_pose(row: Odometry, time: float) -> np.ndarray:
     """The pose (x, y, yaw) that follows from one by its twist, m and rad."""
     dt = time - row.time
-    half = 0.5 * row.omega * dt  # along the chord of the arc
-    way_along = complex(row.v, row.aside) * dt * complex(math.cos(row.yaw + half), math.sin(row.yaw + half))
-    return np.array((row.x + way_along.real, row.y + way_along.imag, row.yaw + 2.0 * half))
+    half_turn = 0.5 * row.omega * dt  # along the chord of the arc
+    way_along = complex(row.v, row.aside) * dt * complex(math.cos(row.yaw + half_turn), math.sin(row.yaw + half_turn))
+    return np.array((row.x + way_along.real, row.y + way_along.imag, row.yaw + 2.0 * half_turn))
 
 
 def interpolate_pose(rows: Sequence[Odometry], time: float, ahead: float) -> np.ndarray | None:
@@ -291,8 +291,8 @@ def interpolate_pose(rows: Sequence[Odometry], time: float, ahead: float) -> np.
     if not next_row:
         return extrapolate_pose(rows[-1] if next_row is None else rows[0], time)
     a, b = rows[next_row - 1], rows[next_row]
-    share, turn = (time - a.time) / (b.time - a.time), math.remainder(b.yaw - a.yaw, 2.0 * math.pi)
-    return np.array((a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * turn))
+    time_share, turn = (time - a.time) / (b.time - a.time), math.remainder(b.yaw - a.yaw, 2.0 * math.pi)
+    return np.array((a.x + time_share * (b.x - a.x), a.y + time_share * (b.y - a.y), a.yaw + time_share * turn))
 
 
 def estimate_state(rows: Sequence[Odometry], time: float) -> np.ndarray | None:
@@ -300,20 +300,20 @@ def estimate_state(rows: Sequence[Odometry], time: float) -> np.ndarray | None:
     pose = interpolate_pose(rows[-1:], max(time, rows[-1].time), PATIENCE) if rows else None
     if pose is None:
         return None
-    last = rows[-1]
-    speed = math.copysign(math.hypot(last.v, last.aside), last.v) if last.aside else last.v
-    return np.array((*pose, speed, last.omega))
+    last_row = rows[-1]
+    speed = math.copysign(math.hypot(last_row.v, last_row.aside), last_row.v) if last_row.aside else last_row.v
+    return np.array((*pose, speed, last_row.omega))
 
 
 def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | None]:
     """The scan that waits longest, with the pose at its stamp; None: not yet, or there is none."""
     while intake.waiting:
-        k, scan = first = min(intake.waiting, key=lambda each: each[1].time)
+        k, scan = first_waiting = min(intake.waiting, key=lambda each: each[1].time)
         pose = interpolate_pose(intake.rows, scan.time, AHEAD)
-        coming = not intake.rows or scan.time >= intake.rows[0].time
-        if pose is None and coming and time - scan.time < OLDEST:
+        may_come = not intake.rows or scan.time >= intake.rows[0].time
+        if pose is None and may_come and time - scan.time < OLDEST:
             break
-        waiting = tuple(each for each in intake.waiting if each is not first)
+        waiting = tuple(each for each in intake.waiting if each is not first_waiting)
         intake = dataclasses.replace(
             intake, waiting=waiting, newest_stamps=replace_item(intake.newest_stamps, k, scan.time)
         )
@@ -324,9 +324,9 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
         if why:
             intake = _refuse_scan(intake, k, kind, why)
             continue
-        ranges = hash(scan.ranges.tobytes())
-        if all(each != ranges for each, _ in intake.seen_ranges[k]):
-            seen_ranges = (*intake.seen_ranges[k], (ranges, pose))[-OLD_SCANS:]
+        range_hash = hash(scan.ranges.tobytes())
+        if all(each != range_hash for each, _ in intake.seen_ranges[k]):
+            seen_ranges = (*intake.seen_ranges[k], (range_hash, pose))[-OLD_SCANS:]
             intake = dataclasses.replace(intake, seen_ranges=replace_item(intake.seen_ranges, k, seen_ranges))
         return dataclasses.replace(
             intake, believed_scans=replace_item(intake.believed_scans, k, posed_scan)
@@ -336,12 +336,12 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
 
 def _explain_disbelief(intake: Intake, k: int, scan: LaserScan, pose: np.ndarray) -> tuple[str, str]:
     """Why a scan cannot be what the lidar sees now, by those before: the kind, and a sentence; both empty if it can."""
-    ranges = hash(scan.ranges.tobytes())
+    range_hash = hash(scan.ranges.tobytes())
     if np.isfinite(scan.ranges).any():
         for each, place in intake.seen_ranges[k]:
             forward, way_aside, turn = find_pose_in_frame(place, pose)
             apparent_way = max(math.hypot(forward, way_aside), abs(math.remainder(turn, 2.0 * math.pi)))
-            if each == ranges and apparent_way > FROZEN:
+            if each == range_hash and apparent_way > FROZEN:
                 return "frozen scan", "scans are frozen: the robot moves, and they stay the same, or come again"
     last = intake.believed_scans[k]
     if last is None:
@@ -363,9 +363,9 @@ def read_goal(goal: Any) -> tuple[float, ...] | None:
     if goal is None or isinstance(goal, tuple) and goal == WITHDRAWN:
         return None
     try:
-        values = tuple(map(float, goal))
+        goal_values = tuple(map(float, goal))
     except (TypeError, ValueError):
-        values = ()
-    if len(values) not in (2, 3) or not all(map(math.isfinite, values)):
+        goal_values = ()
+    if len(goal_values) not in (2, 3) or not all(map(math.isfinite, goal_values)):
         raise StarnavError(f"goal is {goal}; allowed: finite (x, y) or (x, y, yaw), or None")
-    return values
+    return goal_values

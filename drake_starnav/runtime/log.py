@@ -69,19 +69,19 @@ def _import_mcap() -> Any:
 def encode_scan(scan: LaserScan, frame: str) -> bytes:
     """The scan as a ROS message in CDR."""
     header = {"stamp": _make_stamp(round(scan.time * 1e9)), "frame_id": frame}
-    numbers = {name: getattr(scan, name) for name in SCAN_NUMBERS}
-    return encode(SCAN, {"header": header, "ranges": scan.ranges, **numbers})
+    scan_numbers = {name: getattr(scan, name) for name in SCAN_NUMBERS}
+    return encode(SCAN, {"header": header, "ranges": scan.ranges, **scan_numbers})
 
 
 def decode_scan(message: bytes, time: float) -> LaserScan:
     """The scan of such a message, with its time, s, which the stamp only holds in nanoseconds."""
-    (length,) = struct.unpack_from("<I", message, 12)
-    at = 16 + length + -length % 4
-    fields = dict(zip(SCAN_NUMBERS, struct.unpack_from("<7f", message, at), strict=True))
-    del fields["angle_max"]
-    (count,) = struct.unpack_from("<I", message, at + 28)
-    ranges = np.frombuffer(message, "<f4", count, at + 32).astype(float)
-    return LaserScan(time, ranges=ranges, lost_beams=True, **fields)
+    (frame_length,) = struct.unpack_from("<I", message, 12)
+    numbers_start = 16 + frame_length + -frame_length % 4
+    scan_fields = dict(zip(SCAN_NUMBERS, struct.unpack_from("<7f", message, numbers_start), strict=True))
+    del scan_fields["angle_max"]
+    (beam_count,) = struct.unpack_from("<I", message, numbers_start + 28)
+    ranges = np.frombuffer(message, "<f4", beam_count, numbers_start + 32).astype(float)
+    return LaserScan(time, ranges=ranges, lost_beams=True, **scan_fields)
 
 
 class RunLog:
@@ -95,14 +95,14 @@ class RunLog:
         self._file = path.open("wb")
         self._writer = writer = mcap.writer.Writer(self._file, chunk_size=1 << 18)
         writer.start(profile="ros2", library="drake_starnav")
-        count = len(navigator.mounts)
-        self._frames = lidar_names("lidar", count)
-        scans, kinds = [f"/{name}" for name in lidar_names("scan", count)], sorted({SCAN, *KINDS.values()})
+        lidar_count = len(navigator.mounts)
+        self._frames = lidar_names("lidar", lidar_count)
+        scan_topics, kinds = [f"/{name}" for name in lidar_names("scan", lidar_count)], sorted({SCAN, *KINDS.values()})
         schemas = {
             kind: writer.register_schema(kind.replace("/", "/msg/"), "ros2msg", write_definition(kind).encode())
             for kind in kinds
         }
-        self._scans = [writer.register_channel(topic, "cdr", schemas[SCAN]) for topic in scans]
+        self._scans = [writer.register_channel(topic, "cdr", schemas[SCAN]) for topic in scan_topics]
         self._channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in KINDS.items()}
         self._begun = False
 
@@ -193,8 +193,8 @@ def read_plan(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
         return np.zeros((0, 2)), []
     guidance, outlines = navigator.value(port), []
     for center, bearing, values in list(zip(*guidance.regions[:3], strict=True))[-MOST:]:
-        angles = bearing + 2.0 * math.pi * np.arange(0, len(values), EACH) / len(values)
-        outlines.append(center + values[::EACH, None] * np.column_stack((np.cos(angles), np.sin(angles))))
+        sample_angles = bearing + 2.0 * math.pi * np.arange(0, len(values), EACH) / len(values)
+        outlines.append(center + values[::EACH, None] * np.column_stack((np.cos(sample_angles), np.sin(sample_angles))))
     return np.vstack((rows[-1][1:3], np.reshape(guidance.path, (-1, 2)))), outlines
 
 
@@ -206,11 +206,11 @@ def _make_line(places: np.ndarray, color: dict[str, float]) -> dict[str, Any]:
 
 
 def _make_transform(stamp: int, parent: str, child: str, mount: Mount) -> dict[str, Any]:
-    half = 0.5 * mount.yaw
-    turn = {"z": math.sin(half), "w": math.cos(half)}
+    half_yaw = 0.5 * mount.yaw
+    rotation = {"z": math.sin(half_yaw), "w": math.cos(half_yaw)}
     if mount.upside_down:  # half a turn about x, then the yaw
-        turn = {"x": math.cos(half), "y": math.sin(half)}
-    transform = {"translation": {"x": mount.x, "y": mount.y}, "rotation": turn}
+        rotation = {"x": math.cos(half_yaw), "y": math.sin(half_yaw)}
+    transform = {"translation": {"x": mount.x, "y": mount.y}, "rotation": rotation}
     header = {"stamp": _make_stamp(stamp), "frame_id": parent}
     return {"header": header, "child_frame_id": child, "transform": transform}
 
@@ -262,18 +262,18 @@ class Log(NamedTuple):
 
 def read_log(path: str | Path) -> Log:
     """Open the log of a run; a `StarnavError` for what is none. One that was cut off ends where it does."""
-    place, messages = f"log {path}", _read_messages(Path(path))
-    with explain_read_errors(place, LOGS):
-        topic, data = next(messages, ("", b""))
+    log_name, log_messages = f"log {path}", _read_messages(Path(path))
+    with explain_read_errors(log_name, LOGS):
+        topic, message_data = next(log_messages, ("", b""))
         if topic != RUN:
             raise ValueError("it is not the log of a run")
-        run = json.loads(decode_string(data))
+        run = json.loads(decode_string(message_data))
         mounts = tuple(
             Mount(float(x), float(y), float(yaw), bool(down), float(tilt)) for x, y, yaw, down, tilt in run["mounts"]
         )
         if not (isinstance(run["name"], str) and isinstance(run["scenario"], str) and mounts):
             raise ValueError("its run has no name, scenario and mounts")
-        return Log(run["name"], run["scenario"], mounts, _read_ticks(messages, place, len(mounts)))
+        return Log(run["name"], run["scenario"], mounts, _read_ticks(log_messages, log_name, len(mounts)))
 
 
 def _read_messages(path: Path) -> Iterator[tuple[str, bytes]]:
@@ -281,21 +281,21 @@ def _read_messages(path: Path) -> Iterator[tuple[str, bytes]]:
     mcap = _import_mcap()
     records, exceptions, topics, expanded_size = mcap.records, mcap.exceptions, {}, LARGEST_CHUNK
     with explain_read_errors(f"log {path}", LOGS):
-        if why := explain_missing_file(path):
-            raise ValueError(why)
+        if file_fault := explain_missing_file(path):
+            raise ValueError(file_fault)
         largest_size = LARGEST_CHUNK + LARGEST_RATIO * path.stat().st_size
         with path.open("rb") as file:
             stream = mcap.stream_reader.StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_CHUNK)
             try:
-                for outer in stream.records:
-                    inner = [outer]
-                    if isinstance(outer, records.Chunk):
-                        outer.data, outer.compression = _expand(outer), ""
-                        expanded_size += len(outer.data)
+                for outer_record in stream.records:
+                    inner_records = [outer_record]
+                    if isinstance(outer_record, records.Chunk):
+                        outer_record.data, outer_record.compression = _expand(outer_record), ""
+                        expanded_size += len(outer_record.data)
                         if expanded_size > largest_size:
                             raise ValueError(f"it expands to more than {LARGEST_RATIO} times its size")
-                        inner = mcap.stream_reader.breakup_chunk(outer)
-                    for record in inner:
+                        inner_records = mcap.stream_reader.breakup_chunk(outer_record)
+                    for record in inner_records:
                         if isinstance(record, records.Channel):
                             topics[record.id] = record.topic
                         elif isinstance(record, records.Message):
@@ -311,25 +311,25 @@ def _expand(chunk: Any) -> bytes:
     zstandard = _import_mcap().stream_reader.zstandard
     if chunk.compression not in ("", "zstd"):
         raise ValueError(f"a chunk is compressed by {chunk.compression[:10]}, and not by zstd")
-    data = chunk.data
+    chunk_data = chunk.data
     if chunk.compression:
-        expander = zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK)
-        data = expander.stream_reader(data).read(LARGEST_CHUNK + 1)
-    if len(data) > LARGEST_CHUNK:
+        decompressor = zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK)
+        chunk_data = decompressor.stream_reader(chunk_data).read(LARGEST_CHUNK + 1)
+    if len(chunk_data) > LARGEST_CHUNK:
         raise ValueError(f"a chunk expands to more than {LARGEST_CHUNK >> 20} MB")
-    return data
+    return chunk_data
 
 
 def _read_ticks(messages: Iterator[tuple[str, bytes]], place: str, lidars: int) -> Iterator[Tick]:
-    waiting: list[bytes] = []
+    scan_messages: list[bytes] = []
     for topic, data in messages:
         if topic == TICK:
             with explain_read_errors(place, LOGS):
-                tick = _read_tick(json.loads(decode_string(data)), waiting, lidars)
-            waiting = []
+                tick = _read_tick(json.loads(decode_string(data)), scan_messages, lidars)
+            scan_messages = []
             yield tick
         elif topic not in KINDS:
-            waiting.append(data)
+            scan_messages.append(data)
 
 
 def _read_tick(tick: dict[str, Any], messages: list[bytes], lidars: int) -> Tick:
@@ -338,8 +338,8 @@ def _read_tick(tick: dict[str, Any], messages: list[bytes], lidars: int) -> Tick
     lidar_numbers = [k for k, _ in arrivals if k >= 0]
     if len(lidar_numbers) > len(messages) or any(k >= lidars for k in lidar_numbers):
         raise ValueError("a command has other scans than were written before it")
-    waiting = iter(messages)
-    scans = [None if k < 0 else (k, decode_scan(next(waiting), time)) for k, time in arrivals]
+    scan_messages = iter(messages)
+    scans = [None if k < 0 else (k, decode_scan(next(scan_messages), time)) for k, time in arrivals]
     rows = [None if row is None else Odometry(*map(_read_number, row)) for row in tick["odometry"]]
     goal = None if tick["goal"] is None else tuple(map(_read_number, tick["goal"]))
     twist = np.array(tick["twist"], float)
@@ -377,9 +377,9 @@ class Replayed(NamedTuple):
 def replay(path: str | Path) -> Replayed:
     """Navigate again by what came in during the run of a log, and compare each command with the one that was given."""
     log = read_log(path)
-    navigator, count = log.make_navigator(), 0
-    for count, tick in enumerate(log.ticks, start=1):
+    navigator, tick_count = log.make_navigator(), 0
+    for tick_count, tick in enumerate(log.ticks, start=1):
         command = navigator.step(*tick.inputs)
         if command.twist.tobytes() != tick.command.twist.tobytes() or command.status != tick.command.status:
-            return Replayed(count, count - 1, tick.command, command)
-    return Replayed(count)
+            return Replayed(tick_count, tick_count - 1, tick.command, command)
+    return Replayed(tick_count)

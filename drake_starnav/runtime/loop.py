@@ -170,29 +170,29 @@ def _read(robot: DrivenRobot, goal: Sequence[float] | None, reset: threading.Eve
 
 def _count_periods(begin: float, period: float, end: float) -> Iterator[int]:
     """Numbers of the periods, from 1, each when it begins; those that are over are left out."""
-    tick = 1
+    period_number = 1
     while (current_time := time.monotonic()) < end:
-        due = begin + (tick - 1) * period
-        if current_time < due:
-            time.sleep(due - current_time)
+        due_time = begin + (period_number - 1) * period
+        if current_time < due_time:
+            time.sleep(due_time - current_time)
         else:
-            tick = max(tick, int((current_time - begin) / period) + 1)
-        yield tick
-        tick += 1
+            period_number = max(period_number, int((current_time - begin) / period) + 1)
+        yield period_number
+        period_number += 1
 
 
 def _ramp_to_zero(navigator: Navigator, robot: DrivenRobot) -> None:
     """Ramp to zero, say so several times, and close; what fails on the way is raised at the end."""
     first_error: BaseException | None = None
-    period, zeros, until = navigator.actuation.hold, 0, time.monotonic() + LONGEST_RAMP
+    period, zero_count, end_time = navigator.actuation.hold, 0, time.monotonic() + LONGEST_RAMP
     with _handle_signals():
-        while zeros < ZEROS and time.monotonic() < until:
+        while zero_count < ZEROS and time.monotonic() < end_time:
             command = navigator.brake("the loop has ended")
-            zeros += command.status == "standing"
+            zero_count += command.status == "standing"
             try:
                 robot.drive(command)
             except Exception as error:
-                first_error, zeros = error, zeros + 1
+                first_error, zero_count = error, zero_count + 1
             time.sleep(period)
         robot.close()
     if first_error is not None and sys.exception() is None:
@@ -217,8 +217,8 @@ def _measure_scan_ages(reading: Reading, took: float) -> list[float]:
     """How old the scans that came were when the command was sent, s, whatever else came."""
     arrived_scans = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
     scans = (each[-1] if isinstance(each, tuple) and each else each for each in arrived_scans)
-    ages = [reading.now + took - scan.time for scan in scans if isinstance(scan, LaserScan)]
-    return [age for age in ages if math.isfinite(age)]
+    scan_ages = [reading.now + took - scan.time for scan in scans if isinstance(scan, LaserScan)]
+    return [age for age in scan_ages if math.isfinite(age)]
 
 
 def _describe_slow_answer(answers: Sequence[float], declared_delay: float) -> str:

@@ -283,27 +283,27 @@ class Navigator:
 
     def _describe_missing_scan(self, time: float) -> str:
         """What the lidars lack to drive by; empty: nothing."""
-        k = int(np.argmin(self._seen))
-        age, time_since_scan = time - self._seen[k], time - self.intake.arrival_times[k]
-        if age <= self._expiry:
+        oldest_lidar = int(np.argmin(self._seen))
+        scan_age, time_since_scan = time - self._seen[oldest_lidar], time - self.intake.arrival_times[oldest_lidar]
+        if scan_age <= self._expiry:
             return ""
-        which = f" of lidar {k}" if len(self._seen) > 1 else ""
-        if self.intake.bad_scans[k]:
-            return self.intake.bad_scans[k] + (f" ({which.strip()})" if which else "")
+        lidar_text = f" of lidar {oldest_lidar}" if len(self._seen) > 1 else ""
+        if self.intake.bad_scans[oldest_lidar]:
+            return self.intake.bad_scans[oldest_lidar] + (f" ({lidar_text.strip()})" if lidar_text else "")
         if math.isinf(time_since_scan):
-            return f"no scan{which} yet"
-        if time_since_scan <= self._expiry and math.isinf(age):
-            return f"the next scan{which} is awaited, as what was seen is forgotten"
+            return f"no scan{lidar_text} yet"
+        if time_since_scan <= self._expiry and math.isinf(scan_age):
+            return f"the next scan{lidar_text} is awaited, as what was seen is forgotten"
         if time_since_scan <= self._expiry:
-            return f"scans{which} are late: the newest is {age:.2f} s old; allowed: {self._expiry:.2f} s"
-        return f"no scan{which} for {time_since_scan:.2f} s"
+            return f"scans{lidar_text} are late: the newest is {scan_age:.2f} s old; allowed: {self._expiry:.2f} s"
+        return f"no scan{lidar_text} for {time_since_scan:.2f} s"
 
     def _find_reason_to_brake(self, time: float, state: np.ndarray | None, wrong: str) -> str:
         """The first reason for which the robot must not drive; empty: none."""
         rows = self.intake.rows
         if state is None:
-            stale = f"no odometry for {time - rows[-1].time:.2f} s" if rows else "no odometry"
-            return self.intake.bad_odometry or stale
+            stale_text = f"no odometry for {time - rows[-1].time:.2f} s" if rows else "no odometry"
+            return self.intake.bad_odometry or stale_text
         if self.intake.jump_time > self._forgotten:
             return " and ".join(filter(None, (self.intake.bad_odometry or "the pose has jumped", self._dropped_goal)))
         if self._forget_reason:
@@ -369,10 +369,10 @@ class Navigator:
         k, previous_beams = posed_scan.lidar, self._beams[posed_scan.lidar]
         self._beams[k], scan = previous_beams.after(posed_scan.scan, posed_scan.pose, self.mounts[k])
         for beam in np.setdiff1d(np.flatnonzero(self._beams[k].faulty), np.flatnonzero(previous_beams.faulty)):
-            which = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
-            self.intake = self.intake.count_drop(f"hits of {which} alone, wherever the robot turned")
+            beam_text = f"beam {beam}" + (f" of lidar {k}" if len(self._beams) > 1 else "")
+            self.intake = self.intake.count_drop(f"hits of {beam_text} alone, wherever the robot turned")
             self._forget_reason = (
-                f"{which} errs: it alone hits something near, wherever the robot turns; the map is made anew"
+                f"{beam_text} errs: it alone hits something near, wherever the robot turns; the map is made anew"
             )
         return posed_scan._replace(scan=scan)
 
@@ -401,8 +401,8 @@ class Navigator:
     def _make_braking_command(self, why: str) -> Command:
         """The ramp to zero that the last certified motion ends with."""
         twist = self._command.twist
-        target = make_braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
-        next_twist = ramp_twist(twist, target, self.actuation)
+        braking_twist = make_braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
+        next_twist = ramp_twist(twist, braking_twist, self.actuation)
         is_standing = not next_twist[:-1].any() and (self.actuation.limits.steers > 0.0 or not next_twist[-1])
         return Command(
             np.zeros(len(next_twist)) if is_standing else next_twist,

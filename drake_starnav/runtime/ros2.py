@@ -75,13 +75,13 @@ class Ros2:
     watched: bool = dataclasses.field(default=True, init=False)
 
     def __post_init__(self) -> None:
-        scans = [self.scan] if isinstance(self.scan, str) else list(self.scan)
+        scan_topics = [self.scan] if isinstance(self.scan, str) else list(self.scan)
         self._lidars = self.scenario.all_lidars
-        if len(scans) != len(self._lidars):
-            count_text = counted(len(scans), "topic")
+        if len(scan_topics) != len(self._lidars):
+            count_text = counted(len(scan_topics), "topic")
             raise StarnavError(f"scan names {count_text}; allowed: {len(self._lidars)}, one of each lidar")
         self._ros = open_middleware(self.domain, self.interface)
-        self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scans}
+        self._scans = {self.absolute(each): self._subscribe(each, SCAN) for each in scan_topics}
         self._odometry, self._goals = self._subscribe(self.odom, ODOMETRY), self._subscribe(self.goal, POSE)
         self._cancels = self._subscribe(self.cancel, EMPTY)
         self._transforms = self._ros.subscribe(self.absolute(self.tf_static), TRANSFORMS, DEPTH[TRANSFORMS], True)
@@ -110,39 +110,39 @@ class Ros2:
 
     def _until(self, missing: Callable[[], str]) -> None:
         """Wait until nothing is missing."""
-        end = time.monotonic() + self.wait
-        while why := missing():
-            if time.monotonic() > end:
-                raise StarnavError(f"ROS 2, after {self.wait:g} s: {why}")
+        end_time = time.monotonic() + self.wait
+        while missing_text := missing():
+            if time.monotonic() > end_time:
+                raise StarnavError(f"ROS 2, after {self.wait:g} s: {missing_text}")
             time.sleep(POLL)
 
     def _missing(self) -> str:
         """The first reason for which the robot cannot be driven; empty: none."""
-        takes = {**self._scans, self.absolute(self.odom): self._odometry}
-        for topic, take in takes.items():
+        topic_readers = {**self._scans, self.absolute(self.odom): self._odometry}
+        for topic, read_messages in topic_readers.items():
             kind = SCAN if topic in self._scans else ODOMETRY
-            for message in take():
+            for message in read_messages():
                 self._first[topic] = message
-            if why := self._not_offered(topic, kind) or self._not_timely(topic):
-                return why
+            if fault := self._not_offered(topic, kind) or self._not_timely(topic):
+                return fault
         return self._not_heard() or self._not_mounted()
 
     def _not_offered(self, topic: str, kind: str) -> str:
         publishers = self._ros.endpoints(topic, True)
-        kinds = sorted({each.kind for each in publishers})
-        if not kinds:
+        found_kinds = sorted({each.kind for each in publishers})
+        if not found_kinds:
             topics_text = ", ".join(self._ros.topics()) or "nothing"
             return f"nobody publishes {topic}; published is {topics_text}"
-        if kinds != [kind]:
-            return f"{topic} is published as {' and as '.join(kinds)}; allowed: {kind}"
+        if found_kinds != [kind]:
+            return f"{topic} is published as {' and as '.join(found_kinds)}; allowed: {kind}"
         return "" if topic in self._first else f"{topic} is published, but no message arrives"
 
     def _not_timely(self, topic: str) -> str:
-        age = time.time() - seconds(self._first[topic].header.stamp)
-        if -CLOCK <= age <= OLDEST:
+        stamp_age = time.time() - seconds(self._first[topic].header.stamp)
+        if -CLOCK <= stamp_age <= OLDEST:
             return ""
-        side = f"{age:.3g} s behind" if age > 0.0 else f"{-age:.3g} s ahead of"
-        return f"stamps of {topic} are {side} this computer's clock; allowed: clocks that agree within {CLOCK:g} s"
+        age_text = f"{stamp_age:.3g} s behind" if stamp_age > 0.0 else f"{-stamp_age:.3g} s ahead of"
+        return f"stamps of {topic} are {age_text} this computer's clock; allowed: clocks that agree within {CLOCK:g} s"
 
     def _not_heard(self) -> str:
         """Why the base would not, or should not, be sent twists."""
@@ -150,11 +150,11 @@ class Ros2:
         if self._ros.endpoints(topic, True):
             return f"another node publishes {topic}; allowed: none, as the certificate holds only for its own commands"
         subscribers = self._ros.endpoints(topic, False)
-        kinds = sorted({each.kind for each in subscribers})
-        if not kinds:
+        found_kinds = sorted({each.kind for each in subscribers})
+        if not found_kinds:
             return f"nobody listens to {topic}"
-        if kinds not in ([TWIST], [STAMPED]):
-            return f"{topic} is listened to as {' and as '.join(kinds)}; allowed: {TWIST}, or {STAMPED}"
+        if found_kinds not in ([TWIST], [STAMPED]):
+            return f"{topic} is listened to as {' and as '.join(found_kinds)}; allowed: {TWIST}, or {STAMPED}"
         if any(each.latched for each in subscribers):
             return f"{topic} is listened to with durability transient local; allowed: volatile, as an old twist is none"
         return ""
@@ -165,17 +165,17 @@ class Ros2:
             for each in message.transforms:
                 self._frames.add(each.child_frame_id, each.header, each.transform, moves=False)
         odometry = self._first[self.absolute(self.odom)]
-        self._frame, base = odometry.header.frame_id, frame_name(odometry.child_frame_id)
-        tree, mounts = self.absolute(self.tf_static), []
-        if not self._ros.endpoints(tree, True):
+        self._frame, base_frame = odometry.header.frame_id, frame_name(odometry.child_frame_id)
+        tree_topic, mounts = self.absolute(self.tf_static), []
+        if not self._ros.endpoints(tree_topic, True):
             return ""
         for topic, lidar in zip(self._scans, self._lidars, strict=True):
-            frame = frame_name(self._first[topic].header.frame_id)
-            way = self._frames.ways(frame).get(base)
-            if way is None:
-                return f"no transform of {tree} leads from {base} to {frame}, the frame of {topic}"
-            X_BS = RigidTransform(pose_along(way, 0.0))
-            mounts.append(find_mount(X_BS, dataclasses.replace(lidar, frame=frame), float(X_BS.translation()[2])))
+            lidar_frame = frame_name(self._first[topic].header.frame_id)
+            frame_chain = self._frames.ways(lidar_frame).get(base_frame)
+            if frame_chain is None:
+                return f"no transform of {tree_topic} leads from {base_frame} to {lidar_frame}, the frame of {topic}"
+            X_BS = RigidTransform(pose_along(frame_chain, 0.0))
+            mounts.append(find_mount(X_BS, dataclasses.replace(lidar, frame=lidar_frame), float(X_BS.translation()[2])))
         self.mounts = tuple(mounts)
         return ""
 
@@ -215,13 +215,13 @@ class Ros2:
         path, outlines = read_plan(navigator)
         make = self._ros.types
         head = make_header(make, time.time(), self._frame)
-        places = [make.Pose(position=each) for each in self._points(path)]
-        send(make.Path(header=head, poses=[make.PoseStamped(header=head, pose=each) for each in places]))
-        lines = [
+        path_poses = [make.Pose(position=each) for each in self._points(path)]
+        send(make.Path(header=head, poses=[make.PoseStamped(header=head, pose=each) for each in path_poses]))
+        outline_points = [
             each for outline in outlines for each in self._points(np.roll(np.repeat(outline, 2, axis=0), -1, axis=0))
         ]
-        look = {"scale": make.Vector3(x=0.02), "color": make.ColorRGBA(g=0.6, a=1.0), "points": lines}
-        mark(make.MarkerArray(markers=[make.Marker(header=head, ns="regions", type=5, **look)]))  # a line list
+        line_look = {"scale": make.Vector3(x=0.02), "color": make.ColorRGBA(g=0.6, a=1.0), "points": outline_points}
+        mark(make.MarkerArray(markers=[make.Marker(header=head, ns="regions", type=5, **line_look)]))  # a line list
 
     def _points(self, places: Iterable[Any]) -> list[Any]:
         return [self._ros.types.Point(x=float(x), y=float(y)) for x, y in places]
@@ -236,10 +236,10 @@ class Ros2:
 def read_scan(message: Any) -> Any:
     """The scan of a message, as of its last beam; the message itself if it is none."""
     names = "angle_min", "angle_increment", "range_min", "range_max", "time_increment", "scan_time"
-    fields: dict[str, Any] = {name: float(getattr(message, name)) for name in names}
-    last = seconds(message.header.stamp) + max(fields["time_increment"], 0.0) * max(len(message.ranges) - 1, 0)
+    scan_fields: dict[str, Any] = {name: float(getattr(message, name)) for name in names}
+    last = seconds(message.header.stamp) + max(scan_fields["time_increment"], 0.0) * max(len(message.ranges) - 1, 0)
     try:
-        return LaserScan(last, ranges=np.array(message.ranges, float), lost_beams=True, **fields)
+        return LaserScan(last, ranges=np.array(message.ranges, float), lost_beams=True, **scan_fields)
     except StarnavError:
         return message
 

@@ -55,28 +55,28 @@ def list_fields(kind: str) -> Iterator[tuple[str, str, str, str]]:
 
 def write_definition(kind: str) -> str:
     """Return the text of a message and of those in it, as `ros2msg`."""
-    kinds, texts = [kind], []
-    for each in kinds:  # it grows meanwhile
+    message_kinds, message_texts = [kind], []
+    for each in message_kinds:  # it grows meanwhile
         lines = [f"{base}{f'[{count}]' if bracket else ''} {name}" for base, bracket, count, name in list_fields(each)]
-        texts.append("\n".join(lines if each == kind else (f"MSG: {each}", *lines)))
-        kinds += [base for base, *_ in list_fields(each) if base in FIELDS and base not in kinds]
-    return RULE.join(texts)
+        message_texts.append("\n".join(lines if each == kind else (f"MSG: {each}", *lines)))
+        message_kinds += [base for base, *_ in list_fields(each) if base in FIELDS and base not in message_kinds]
+    return RULE.join(message_texts)
 
 
 def encode(kind: str, values: Mapping[str, Any]) -> bytes:
     """Return a message in CDR, little endian; fields that are not given are zero or empty."""
-    data = bytearray()
-    _append(data, kind, values)
-    return b"\0\1\0\0" + bytes(data)
+    message_data = bytearray()
+    _append(message_data, kind, values)
+    return b"\0\1\0\0" + bytes(message_data)
 
 
 def _append(data: bytearray, kind: str, value: Any) -> None:
     if kind in NUMBERS:
         _append_numbers(data, kind, [value or 0])
     elif kind == "string":
-        text = (value or "").encode() + b"\0"
-        _append_numbers(data, "uint32", [len(text)])
-        data += text
+        encoded_text = (value or "").encode() + b"\0"
+        _append_numbers(data, "uint32", [len(encoded_text)])
+        data += encoded_text
     else:
         for base, bracket, count, name in list_fields(kind):
             given_value = (value or {}).get(name)

@@ -35,13 +35,13 @@ class Ramp(NamedTuple):
     def after(self, twist: Sequence[float], dt: float) -> list[float]:
         """The twist after a time, s, of braking."""
         speed = math.hypot(*twist[:-1])
-        share = max(speed - self.deceleration * dt, 0.0) / speed if speed > 0.0 else 0.0
-        turning = twist[-1]
+        kept_share = max(speed - self.deceleration * dt, 0.0) / speed if speed > 0.0 else 0.0
+        turn_rate = twist[-1]
         if not self.steers:
-            turning = math.copysign(max(abs(turning) - self.yaw_acceleration * dt, 0.0), turning)
-        elif share == 0.0:
-            turning = 0.0
-        return [*(share * each for each in twist[:-1]), turning]
+            turn_rate = math.copysign(max(abs(turn_rate) - self.yaw_acceleration * dt, 0.0), turn_rate)
+        elif kept_share == 0.0:
+            turn_rate = 0.0
+        return [*(kept_share * each for each in twist[:-1]), turn_rate]
 
 
 def read_ramp(limits: Any) -> Ramp:
@@ -87,26 +87,26 @@ def watch(base: Any, ramp: Ramp, lines: Any = None) -> None:
         ramp: of the robot.
         lines: a binary file that can be waited for; None for the standard input.
     """
-    stream = sys.stdin.buffer.raw if lines is None else lines  # type: ignore[union-attr]
+    line_stream = sys.stdin.buffer.raw if lines is None else lines  # type: ignore[union-attr]
     twist: list[float] = []
-    rest, heard, zeros, open_ = b"", time.monotonic(), 0, True
-    while open_ or (twist and zeros < ZEROS):
-        wait = DEADLINE - (time.monotonic() - heard) if open_ and twist else 1.0
-        if open_ and select.select([stream], [], [], max(wait, 0.0))[0]:
-            data = stream.read(65536)
+    line_start, last_heard, zero_count, open_ = b"", time.monotonic(), 0, True
+    while open_ or (twist and zero_count < ZEROS):
+        wait_time = DEADLINE - (time.monotonic() - last_heard) if open_ and twist else 1.0
+        if open_ and select.select([line_stream], [], [], max(wait_time, 0.0))[0]:
+            data = line_stream.read(65536)
             open_ = bool(data)
-            *whole_lines, rest = (rest + data).split(b"\n")
+            *whole_lines, line_start = (line_start + data).split(b"\n")
             if whole_lines:
-                twist, heard, zeros = json.loads(whole_lines[-1]), time.monotonic(), 0
+                twist, last_heard, zero_count = json.loads(whole_lines[-1]), time.monotonic(), 0
                 base.drive(twist)
             continue
-        if twist and zeros < ZEROS:
+        if twist and zero_count < ZEROS:
             twist = ramp.after(twist, PERIOD)
-            zeros += not any(twist)
+            zero_count += not any(twist)
             base.drive(twist)
-            _wait_for_line(stream if open_ else None, PERIOD)
+            _wait_for_line(line_stream if open_ else None, PERIOD)
         elif open_:
-            _wait_for_line(stream, 1.0)
+            _wait_for_line(line_stream, 1.0)
     base.close()
 
 

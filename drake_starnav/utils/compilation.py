@@ -71,14 +71,14 @@ def _find_imported_files(path: str) -> set[str]:
     """Return the files of the package that a file may import a function or constant from."""
     found_files: set[str] = set()
     for module, names in IMPORT.findall(Path(path).read_bytes()):
-        place = ROOT.joinpath(*module.decode().split(".")[1:])
-        inner_files = [place / f"{name}.py" for name in re.findall(r"\w+", names.decode())]
-        if place.with_suffix(".py").is_file():
-            found_files.add(str(place.with_suffix(".py")))
+        module_path = ROOT.joinpath(*module.decode().split(".")[1:])
+        inner_files = [module_path / f"{name}.py" for name in re.findall(r"\w+", names.decode())]
+        if module_path.with_suffix(".py").is_file():
+            found_files.add(str(module_path.with_suffix(".py")))
         elif all(file.is_file() for file in inner_files):
             found_files.update(map(str, inner_files))
         else:  # names of a package, which any of its files may hold
-            found_files.update(str(file) for file in place.glob("*.py") if file.stem.isidentifier())
+            found_files.update(str(file) for file in module_path.glob("*.py") if file.stem.isidentifier())
     return found_files
 
 
@@ -87,9 +87,9 @@ def _find_sources(path: str) -> tuple[tuple[str, int, int], ...]:
     """Return path, time of the last change in ns, and size of a file and of all that it may import, directly or not."""
     known_files, files = {path}, [path]
     for file in files:  # grows
-        new = _find_imported_files(file) - known_files
-        known_files |= new
-        files += new
+        new_files = _find_imported_files(file) - known_files
+        known_files |= new_files
+        files += new_files
     return _stamp_paths(sorted(known_files))
 
 
@@ -116,19 +116,19 @@ def _make_cache_folder(path: str) -> Path:
     set. Where no folder can be written, what the package's own holds is loaded, and nothing is saved.
     """
     inner_cache = ROOT / "__pycache__"
-    user = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
-    user /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
-    module = os.path.relpath(path, ROOT).removesuffix(".py").replace(os.sep, ".")
-    name = f"{COMPILED}{module}-{_hash_sources(path)}"
-    for place in (user,) if config.CACHE_DIR else (inner_cache, user):
-        folder = place / name
+    user_cache = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
+    user_cache /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
+    module_name = os.path.relpath(path, ROOT).removesuffix(".py").replace(os.sep, ".")
+    folder_name = f"{COMPILED}{module_name}-{_hash_sources(path)}"
+    for place in (user_cache,) if config.CACHE_DIR else (inner_cache, user_cache):
+        folder = place / folder_name
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             if os.access(folder, os.W_OK):
-                for other in set(place.glob(f"{COMPILED}{module}-*")) - {folder}:
+                for other in set(place.glob(f"{COMPILED}{module_name}-*")) - {folder}:
                     shutil.rmtree(other, ignore_errors=True)
                 return folder
-    return inner_cache / name
+    return inner_cache / folder_name
 
 
 class _Locator(caching.InTreeCacheLocator):

@@ -38,7 +38,7 @@ def use_compiled_functions(marker: Path = MARKER, processor: Path = PROCESSOR) -
 
 def _read_processor_flags(processor: Path) -> set[str]:
     try:
-        lines = processor.read_text(encoding="ascii", errors="replace").splitlines()
+        processor_lines = processor.read_text(encoding="ascii", errors="replace").splitlines()
     except OSError:
         return set()
-    return set(next((line for line in lines if line.startswith("flags")), "").split())
+    return set(next((line for line in processor_lines if line.startswith("flags")), "").split())

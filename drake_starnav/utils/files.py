@@ -46,23 +46,23 @@ def read_bytes(path: Path | str, place: str, allowed: str, *, may_be_empty: bool
     A device may have no end, and a pipe may never be written.
     """
     with explain_read_errors(place, allowed):
-        if why := explain_missing_file(Path(path)):
-            raise ValueError(why)
+        if file_fault := explain_missing_file(Path(path)):
+            raise ValueError(file_fault)
         with Path(path).open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-        if len(data) > LARGEST_FILE:
+            file_content = file.read(LARGEST_FILE + 1)
+        if len(file_content) > LARGEST_FILE:
             raise ValueError(f"it has more than {LARGEST_FILE // 10**6} MB")
-        if data or may_be_empty:
-            return data
+        if file_content or may_be_empty:
+            return file_content
         raise ValueError("it is empty")
 
 
 def read_text(path: str | os.PathLike, place: str = "", allowed: str = "a text file in UTF-8") -> str:
     """Return the content of a text file in UTF-8, with or without a byte order mark; errors as of `read_bytes`."""
-    data = read_bytes(Path(path), place or str(path), allowed, may_be_empty=True)
+    file_content = read_bytes(Path(path), place or str(path), allowed, may_be_empty=True)
     with (
         explain_read_errors(place or str(path), allowed),
-        io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig") as text,
+        io.TextIOWrapper(io.BytesIO(file_content), encoding="utf-8-sig") as text,
     ):
         return text.read()
 
@@ -76,15 +76,15 @@ def replace_file(path: Path) -> Iterator[Path]:
     Raises:
         StarnavError: the file cannot be written.
     """
-    target = path.resolve()  # a link stays, and leads to the new file
-    temporary = target.with_name(f".{target.stem[:_NAME_PART]}.{os.getpid()}{path.suffix[:_NAME_PART]}")
+    target_path = path.resolve()  # a link stays, and leads to the new file
+    temporary_path = target_path.with_name(f".{target_path.stem[:_NAME_PART]}.{os.getpid()}{path.suffix[:_NAME_PART]}")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        target_path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            yield temporary
-            temporary.replace(target)
+            yield temporary_path
+            temporary_path.replace(target_path)
         finally:
-            temporary.unlink(missing_ok=True)
+            temporary_path.unlink(missing_ok=True)
     except OSError as error:
         raise make_write_error(path, error) from None
 
@@ -102,12 +102,12 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Iterable[Path | str] =
     """
     read_paths, written_paths = {Path(path).resolve() for path in inputs if os.path.isfile(path)}, set()
     for path in filter(None, outputs):
-        target = path.resolve()
-        if target in written_paths:
+        target_path = path.resolve()
+        if target_path in written_paths:
             raise StarnavError(f"{path} is to be written twice; allowed: a file of its own for each")
-        if target in read_paths:
+        if target_path in read_paths:
             raise StarnavError(f"{path} is to be read and written; allowed: another file to write")
-        written_paths.add(target)
+        written_paths.add(target_path)
         check_writable(path)
 
 

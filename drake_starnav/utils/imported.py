@@ -20,11 +20,11 @@ def import_named(what: str, name: str) -> Any:
     Raises:
         StarnavError: there is no such module, or nothing in it of that name that can be called.
     """
-    module, _, function = name.partition(":")
+    module_name, _, function_name = name.partition(":")
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     try:
-        named_object = getattr(importlib.import_module(module), function)
+        named_object = getattr(importlib.import_module(module_name), function_name)
     except (ImportError, AttributeError, ValueError) as error:
         raise StarnavError(
             f"{what} {shown(name)}: {said_by(error)}; allowed: module:function, of a module that Python finds"

@@ -8,12 +8,12 @@ def load_lazily(package: str, file: str) -> tuple[list[str], Callable[[str], obj
     """`__all__` and `__getattr__` of a package, by the lines `from module import name as name` of its stub for type
     checkers, which is beside its file."""
     with open(f"{file.removesuffix('.py')}.pyi", encoding="utf-8") as stub:
-        lines = [line.split() for line in stub if line.startswith("from ")]
-    modules = {name: module for _, module, _, name, *_ in lines}
+        stub_lines = [line.split() for line in stub if line.startswith("from ")]
+    module_names = {name: module for _, module, _, name, *_ in stub_lines}
 
     def get(name: str) -> object:
-        if name not in modules:
+        if name not in module_names:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(importlib.import_module(modules[name]), name)
+        return getattr(importlib.import_module(module_names[name]), name)
 
-    return list(modules), get
+    return list(module_names), get

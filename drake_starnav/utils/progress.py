@@ -27,9 +27,9 @@ class Progress:
         self._label, self._spoken = label, time.monotonic()
         self.silent = self.silent or sys.stderr is None
         columns, rows = shutil.get_terminal_size()  # 80 x 24 where the terminal says 0
-        look = {"bar_format": "{desc} {bar} {elapsed} so far{postfix}", "ncols": columns, "nrows": rows}
+        bar_look = {"bar_format": "{desc} {bar} {elapsed} so far{postfix}", "ncols": columns, "nrows": rows}
         is_hidden = self.silent or not sys.stderr.isatty()
-        self._bar: Any = tqdm(total=1.0, desc=label, leave=False, disable=is_hidden, smoothing=0.0, **look)
+        self._bar: Any = tqdm(total=1.0, desc=label, leave=False, disable=is_hidden, smoothing=0.0, **bar_look)
 
     def restart(self) -> None:
         """Count the time from now on."""

@@ -24,11 +24,11 @@ class Stopwatch:
 
         What was noted under this name since that `count` is part of the same step; None: nothing is.
         """
-        times, time_spent = self.seconds[name], time.perf_counter() - begin
+        step_times, time_spent = self.seconds[name], time.perf_counter() - begin
         if since is not None:
-            time_spent += sum(times[since:])
-            del times[since:]
-        times.append(time_spent)
+            time_spent += sum(step_times[since:])
+            del step_times[since:]
+        step_times.append(time_spent)
 
     def summarize(self, name: str) -> dict[str, float]:
         """`count`, `mean_s`, `p50_s` and `p99_s` of one step; zeros if it never ran."""

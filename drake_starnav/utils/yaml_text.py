@@ -38,19 +38,19 @@ def load_yaml(text: str, place: str, loader: type = PlainLoader) -> Any:
     try:
         reader = loader(text)
         try:
-            node = reader.get_single_node()
-            if "*" in text and node is not None:
-                _count_values(node, {})
-            return None if node is None else reader.construct_document(node)
+            root_node = reader.get_single_node()
+            if "*" in text and root_node is not None:
+                _count_values(root_node, {})
+            return None if root_node is None else reader.construct_document(root_node)
         finally:
             reader.dispose()
     except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        problem_mark = getattr(error, "problem_mark", None)
+        place_text = f" line {problem_mark.line + 1}, column {problem_mark.column + 1}" if problem_mark else ""
         reason = getattr(error, "problem", None) or error
     except (ValueError, RecursionError) as error:  # no such date, too many digits
-        where, reason = "", error
-    raise StarnavError(f"{place}{where}: {said_by(ValueError(reason))}; allowed: valid YAML")
+        place_text, reason = "", error
+    raise StarnavError(f"{place}{place_text}: {said_by(ValueError(reason))}; allowed: valid YAML")
 
 
 def _count_values(node: yaml.Node, counts: dict[int, float]) -> float:
@@ -61,10 +61,10 @@ def _count_values(node: yaml.Node, counts: dict[int, float]) -> float:
     """
     if id(node) not in counts:
         counts[id(node)] = math.inf  # until it is known: whoever meets it below itself
-        parts = node.value if isinstance(node, yaml.CollectionNode) else ()
+        child_nodes = node.value if isinstance(node, yaml.CollectionNode) else ()
         if isinstance(node, yaml.MappingNode):
-            parts = [part for pair in parts for part in pair]
-        counts[id(node)] = 1 + sum(_count_values(part, counts) for part in parts)
+            child_nodes = [part for pair in child_nodes for part in pair]
+        counts[id(node)] = 1 + sum(_count_values(part, counts) for part in child_nodes)
     if counts[id(node)] > MOST_VALUES:
         raise yaml.composer.ComposerError(
             None, None, f"its aliases stand for more than {MOST_VALUES} values", node.start_mark
@@ -109,8 +109,8 @@ class SectionDumper(yaml.SafeDumper):
 
 def _write_section(dumper: SectionDumper, mapping: Tagged) -> yaml.Node:
     tag = f"!{mapping.tag}" if mapping.tag else "tag:yaml.org,2002:map"
-    block = any(isinstance(value, str) and "\n" in value for value in mapping.values())
-    return dumper.represent_mapping(tag, dict(mapping), flow_style=not block)
+    is_block = any(isinstance(value, str) and "\n" in value for value in mapping.values())
+    return dumper.represent_mapping(tag, dict(mapping), flow_style=not is_block)
 
 
 def _write_text(dumper: SectionDumper, text: str) -> yaml.Node:
