@@ -4,14 +4,13 @@ import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.results import Results
 from drake_starnav.evaluation.summary import (
-    compare_trials,
     compute_median_interval,
     compute_wilson_interval,
     summarize_records,
@@ -23,9 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Compared = Literal["time", "path"]
-COMPARED: dict[Compared, str] = {"time": "time", "path": "path length"}
-"""The figures that pictures compare, in words."""
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A", "#707070")
 """The palette of Okabe and Ito, its yellow replaced by a brown that shows on white, and a grey."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "h")
@@ -68,9 +64,6 @@ def choose_style(methods: Sequence[str], method: str) -> dict[str, Any]:
 def collect_figure_data(results: Results) -> list[dict[str, Any]]:
     """Return what the figures show, a row for each point: its figure, scenario, method, x or trial and time, and y."""
     shown_points = {"success": compute_success_points(results), "path over shortest path": compute_path_points(results)}
-    for reference in results.references:
-        for field in COMPARED:
-            shown_points[f"{field} of {reference}, %"] = compute_comparison_points(results, reference, field)
     rows = [
         {"figure": name, "scenario": scenario, "method": method, "y": p.value, "low": p.low, "high": p.high}
         for name, points in shown_points.items()
@@ -106,7 +99,7 @@ def compute_success_points(results: Results) -> dict[tuple[str, str], Point]:
 def draw_success_figure(results: Results) -> "Figure":
     """Success rates with their 95 % Wilson intervals, a panel for each scenario."""
     label, points = "reached the goal, % (95 % interval)", compute_success_points(results)
-    return _draw_panels(results, results.methods, points, label, axis_limits=(-4.0, 104.0))
+    return _draw_panels(results, points, label, axis_limits=(-4.0, 104.0))
 
 
 def compute_path_points(results: Results) -> dict[tuple[str, str], Point]:
@@ -125,31 +118,11 @@ def draw_path_figure(results: Results) -> "Figure | None":
     """Median of path over shortest path given the full map, where the goal was reached, with its exact interval."""
     points = compute_path_points(results)
     label = "path / shortest path, median of the trials (95 % interval)"
-    return _draw_panels(results, results.methods, points, label, guide_value=1.0) if points else None
-
-
-def compute_comparison_points(results: Results, reference: str, field: Compared) -> dict[tuple[str, str], Point]:
-    """Return the median of each method's ratios to the reference, with its exact interval, %."""
-    points = {}
-    for (scenario, method), case in results.cases.items():
-        paired_ratio = getattr(compare_trials(case, results.of(scenario, reference)), field)
-        if paired_ratio is not None and method != reference:
-            value, low, high = (100.0 * x for x in paired_ratio.median)
-            points[scenario, method] = Point(value, low, high, f"{value:.1f} %")
-    return points
-
-
-def draw_comparison_figure(results: Results, reference: str, field: Compared, label: str) -> "Figure | None":
-    """Median of each method's time or path over the reference's, on trials that both finished, with its interval."""
-    points = compute_comparison_points(results, reference, field)
-    others = [method for method in results.methods if method != reference]
-    label = f"{label}, % of {reference}'s, median of the trials (95 % interval)"
-    return _draw_panels(results, others, points, label, guide_value=100.0) if points else None
+    return _draw_panels(results, points, label, guide_value=1.0) if points else None
 
 
 def _draw_panels(
     results: Results,
-    methods: Sequence[str],
     points: dict[tuple[str, str], Point],
     label: str,
     *,
@@ -157,7 +130,7 @@ def _draw_panels(
     guide_value: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
-    rows = math.ceil(len(results.scenarios) / 4)
+    methods, rows = results.methods, math.ceil(len(results.scenarios) / 4)
     columns = math.ceil(len(results.scenarios) / rows)
     figure = make_figure(rows * (0.95 + 0.38 * len(methods)))
     grid = figure.subplots(rows, columns, sharey=True, sharex=axis_limits is not None, squeeze=False)
@@ -169,7 +142,7 @@ def _draw_panels(
         axes.tick_params(labelbottom=True)
         shown_points = {y: points[scenario, m] for y, m in enumerate(methods) if (scenario, m) in points}
         for y, point in shown_points.items():
-            _draw_point(axes, point, y, choose_style(results.methods, methods[y]))
+            _draw_point(axes, point, y, choose_style(methods, methods[y]))
         if guide_value is not None:
             axes.axvline(guide_value, color="0.6", linewidth=0.8, zorder=0)
         if axis_limits is not None:

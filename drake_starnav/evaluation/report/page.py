@@ -1,7 +1,6 @@
 """The report as one HTML page that requests nothing from a network; its template is page.html."""
 
 import base64
-import itertools
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -27,6 +26,7 @@ SECTIONS = {
 }
 """Titles of the page's sections; those without content are left out."""
 SUCCESS_IMAGE, DIFFICULTY_IMAGE = "success rate of each method", "success rate against difficulty"
+PATH_IMAGE = "path over shortest path"
 MADE_BY = "drake_starnav {drake_starnav} ({git}), Drake {drake}"
 
 Draw = Callable[[], "figures.Figure | None"]
@@ -65,7 +65,7 @@ def write_page(
         made_by=list(dict.fromkeys(MADE_BY.format(**header["versions"]) for header in results.headers)),
         ends=[outcome_table],
         costs=cost_tables,
-        cost_images={name: images[name] for name in _list_cost_drawings(results) if name in images},
+        path_image=images.get(PATH_IMAGE),
         worlds=worlds,
         commands=results.list_commands(),
         facts=_list_facts(results),
@@ -73,21 +73,12 @@ def write_page(
     )
 
 
-def _list_cost_drawings(results: Results) -> dict[str, Draw]:
-    """What draws the pictures of the section on cost, by what they show, in words."""
-    drawings: dict[str, Draw] = {"path over shortest path": partial(figures.draw_path_figure, results)}
-    for reference, (field, words) in itertools.product(results.references, figures.COMPARED.items()):
-        draw = partial(figures.draw_comparison_figure, results, reference, field, words)
-        drawings[f"{words} compared with {reference}"] = draw
-    return drawings
-
-
 def _list_drawings(results: Results, worlds: int) -> dict[str, Draw]:
     """What draws all pictures, by name; those of trajectories have the names of their scenarios."""
     return {
         SUCCESS_IMAGE: partial(figures.draw_success_figure, results),
         DIFFICULTY_IMAGE: partial(figures.draw_difficulty_figure, results),
-        **_list_cost_drawings(results),
+        PATH_IMAGE: partial(figures.draw_path_figure, results),
         **{name: partial(figures.draw_trajectory_figure, results, name, worlds) for name in results.scenarios},
     }
 
