@@ -60,6 +60,7 @@ class Beams(NamedTuple):
     moving obstacle (DYNAMIC)                x                         x
     no return (+inf)                                        x
     no measurement (NaN)                            x
+    the same, before a moving obstacle       x      x                  x
     ```
     """
 
@@ -93,7 +94,7 @@ def classify_ranges(ranges, motion, free, thinnest, range_max, increment, seam):
             MOVING * (known_motion == DYNAMIC) | LOST * is_lost | MAPPABLE * (known_motion <= STANDING and not is_lost)
         )
         kinds[i] |= HIT * (ranges[i] < range_max and known_motion != DYNAMIC)  # never if lost
-        kinds[i] |= MAY_LEAVE * (known_motion != STATIC and not is_lost)
+        kinds[i] |= MAY_LEAVE * (known_motion == DYNAMIC or (known_motion != STATIC and not is_lost))
         distance[i] = min(max(ranges[i], 0.0), range_max)
         if is_lost:
             complete = False

@@ -30,8 +30,8 @@ class Parts:
     A planner or controller is wired by the names of its ports. Inputs are `scan`, `ranges`, `scan_pose`, `pose`,
     `state`, `goal`, `heading` of a `GoalSequence`, `observation`, `surroundings` and `tracks`, as of the systems
     that output them; for a controller also `twist_command`, which is driven now, the planner's outputs,
-    `short_term_goal`, `guidance` and all others, and `world`, the `World` driven through, for one that may know it. Inputs that are connected already stay so. Each system serves for one
-    diagram.
+    `short_term_goal`, `guidance` and all others, and `world`, the `World` driven through, for one that may know it.
+    Inputs that are connected already stay so. Each system serves for one diagram.
 
     Attributes:
         world: in which to drive.

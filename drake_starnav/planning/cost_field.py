@@ -100,8 +100,8 @@ def compute_cost_to_go(
     blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
     swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
-    limits = blocked_distance - terrain.doubt, blocked_distance, soft_distance, swept
-    weight = _weigh_cells(grid.arrays, first, count, limits, (NEAR_WALL_COST, TIGHT_COST, DOUBT_COST))
+    limits = _ClearanceLimits(blocked_distance - terrain.doubt, blocked_distance, soft_distance, swept)
+    weight = _weigh_cells(grid.arrays, first, count, limits, NEAR_WALL_COST)
     if grid.coverage.whole.size:
         _raise_unknown(weight, grid.coverage, first // STRIDE, round(10.0 * UNKNOWN_COST))
     _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
@@ -112,22 +112,29 @@ def compute_cost_to_go(
     return CostField(cost, weight, origin, cell, grid)
 
 
+class _ClearanceLimits(NamedTuple):
+    """Distances to hits from which on a cell may be open, is open, is no longer near a wall, and is wide, m."""
+
+    doubted: float
+    open: float
+    soft: float
+    wide: float
+
+
 @kernel
-def _weigh_cells(grid, corner, count, limits, costs):
+def _weigh_cells(grid, corner, count, limits, near_wall_cost):
     """Return what crossing each cell costs in tenths, by the greatest distance in it; 0: blocked, as the border is.
 
     Args:
         grid: `Grid.arrays`. Where it has no tile, cells are wide.
         corner, count: as of `Grid.box`.
-        limits: distances from which on a cell may be open, is open, is no longer near a wall, and is wide, m.
-        costs: near a wall, where it is tight, and in doubt.
+        limits: `_ClearanceLimits`.
+        near_wall_cost: as the constant of that name.
     """
-    tiles, rows, first, _, _ = grid
-    (closed_distance, blocked_distance, soft_distance, swept_distance) = limits
-    (near_wall_cost, tight_cost, doubt_cost) = costs
+    tiles, rows, first = grid.tiles, grid.rows, grid.first
     out = np.zeros((count[0] + 2, count[1] + 2), np.uint8)
     side = TILE // STRIDE
-    wide = max(soft_distance, swept_distance)
+    widest = max(limits.soft, limits.wide)
     out[1:-1, 1:-1] = 10
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
@@ -141,16 +148,14 @@ def _weigh_cells(grid, corner, count, limits, costs):
                     for a in range(STRIDE):
                         for b in range(STRIDE):
                             clear = max(clear, tile[i * STRIDE + a, j * STRIDE + b])
-                    if clear >= wide:
+                    if clear >= widest:
                         continue
-                    if clear < blocked_distance:
-                        out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + doubt_cost)) if clear >= closed_distance else 0
+                    if clear < limits.open:
+                        out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + DOUBT_COST)) if clear >= limits.doubted else 0
                         continue
-                    near_wall = (
-                        near_wall_cost * (max(soft_distance, clear) - clear) / (soft_distance - blocked_distance)
-                    )
-                    if clear < swept_distance:
-                        near_wall += tight_cost * (swept_distance - clear) / (swept_distance - blocked_distance)
+                    near_wall = near_wall_cost * (max(limits.soft, clear) - clear) / (limits.soft - limits.open)
+                    if clear < limits.wide:
+                        near_wall += TIGHT_COST * (limits.wide - clear) / (limits.wide - limits.open)
                     out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
     return out
 
@@ -158,7 +163,7 @@ def _weigh_cells(grid, corner, count, limits, costs):
 @kernel
 def _raise_unknown(weight, coverage, corner, more):
     """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `corner`."""
-    first, whole_counts, part_counts = coverage
+    first, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
     for i in range(1, weight.shape[0] - 1):
         p = corner[0] + i - 1 - BLOCK * first[0]
         for j in range(1, weight.shape[1] - 1):

@@ -84,6 +84,16 @@ class Coverage(NamedTuple):
         return out
 
 
+class GridArrays(NamedTuple):
+    """The distances of a `Grid`; its fields, and the tiles of its pool."""
+
+    tiles: np.ndarray
+    rows: np.ndarray
+    first: np.ndarray
+    resolution: float
+    cap: float
+
+
 @dataclass(frozen=True)
 class Grid:
     """Distances to the nearest hit, and counts of regions, over W. Immutable.
@@ -136,9 +146,9 @@ class Grid:
         return corners * (TILE * self.resolution)
 
     @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:
-        """For compiled loops: tiles, rows, first, resolution, cap."""
-        return self.pool.tiles, self.rows, self.first, self.resolution, self.cap
+    def arrays(self) -> GridArrays:
+        """The distances, for compiled loops."""
+        return GridArrays(self.pool.tiles, self.rows, self.first, self.resolution, self.cap)
 
     def add_hits(self, points: np.ndarray) -> "Grid":
         """Return this grid with more hits; points of shape (n, 2) in W, m."""
@@ -254,18 +264,17 @@ def _measure_distances(grid, points):
 @leaf
 def measure_distance_at(grid, x, y):
     """Return the distance from the cell of (x, y) to the nearest hit, at most the cap, m, by the `arrays` of a grid."""
-    tiles, rows, first, resolution, cap = grid
-    i, j = int(round(x / resolution)), int(round(y / resolution))
-    p, q = i // TILE - first[0], j // TILE - first[1]
-    if 0 <= p < rows.shape[0] and 0 <= q < rows.shape[1] and rows[p, q] >= 0:
-        return float(tiles[rows[p, q], i % TILE, j % TILE])
-    return cap
+    i, j = int(round(x / grid.resolution)), int(round(y / grid.resolution))
+    p, q = i // TILE - grid.first[0], j // TILE - grid.first[1]
+    if 0 <= p < grid.rows.shape[0] and 0 <= q < grid.rows.shape[1] and grid.rows[p, q] >= 0:
+        return float(grid.tiles[grid.rows[p, q], i % TILE, j % TILE])
+    return grid.cap
 
 
 @kernel
 def _recount(coverage, cell, center, bearing_0, old_values, new_values):
     """Count anew, of each region, the blocks about those samples that have changed."""
-    first, whole_counts, part_counts = coverage
+    first, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
     samples, side, half = new_values.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
     turn, middle = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
     for k in range(len(center)):

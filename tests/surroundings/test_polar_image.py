@@ -196,6 +196,7 @@ def test_what_moves_or_may_move_is_told_of_the_scan_about_the_axis_too(name: str
         assert its.sum() > 10
         assert (around.motion[its] == state).mean() > 0.9, "but where a ray grazes it"
         assert around.hits[its].any() == (state != DYNAMIC) and around.mappable_hits[its].any() == (state == STATIC)
+        assert (around.may_leave[its] != (state == STATIC)).mean() > 0.9
 
 
 def test_views_that_tell_too_little_are_refused() -> None:
