@@ -28,8 +28,8 @@ from drake_starnav.surroundings.chords import Chords
 from drake_starnav.utils.snapshot import replace_fields
 
 RANK_COST = 1.06
-"""What a goal costs more than the one before it, beside the way by which it is nearer than the first; all lengths here
-are in radii of the disc around the robot."""
+"""What each rank in the list of goals costs, beside the distance to a goal; all lengths here are in outer radii of the
+robot."""
 GOALS_ALONG_PATH = ((1.9, 0.6), (0.95, 0.6), (3.8, 0.6), (1.9, math.inf))
 """Goals along the path: how far ahead, and by how much the heading may be off the path's, rad."""
 EXTRA_MARGINS = (0.006, 0.019, 0.032, 0.045)
@@ -49,7 +49,7 @@ AT_POSE, AT_HEADING = 0.021, 0.02
 DOCKED_HEADING = 0.04
 """A robot at its goal with this error of its heading need not manoeuvre, rad."""
 DOCKS = np.array([(x, y, 0.0, 0.0, 0.0) for x, y in ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))])
-"""Offsets of places that serve as well as a goal, along x and y of W, in shares of its tolerance."""
+"""Offsets of docking places beside the goal, along x and y of W, in shares of its tolerance."""
 
 
 def plan_with_manoeuvres(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -87,26 +87,26 @@ def step_manoeuvre(
         context: of the robot.
         patience: a manoeuvre is given up if no pose of it is reached for this long, s.
     """
-    state, radius = previous_state._replace(gives_up=False), context.footprint.radius
-    if previous_state.gives_up:
+    state, radius = previous_state._replace(has_given_up=False), context.footprint.radius
+    if previous_state.has_given_up:
         state = state._replace(attempts=EMPTY_PATH)
     state = update_winding(state, path, pose, radius)
     if not len(path) or has_moved(previous_state, pose, radius):
-        state = state._replace(pose=pose.copy(), still_since=time)
+        state = state._replace(pose=pose.copy(), standing_since=time)
     if len(state.poses):
         if not len(path) or is_roomy(pose, path, context):
             return end_manoeuvre(state, time)
         next_state = drop_reached_poses(state, pose, time, context)
-        is_still = time - state.still_since >= 2.0 * find_stuck_time(context)
+        is_still = time - state.standing_since >= 2.0 * find_stuck_time(context)
         if next_state is not state or (time - state.since < patience and not is_still):
             return next_state
         state = state._replace(poses=NO_POSES)
-    if time - state.still_since < find_stuck_time(context) and abs(state.winding) < CIRCLED_ANGLE:
+    if time - state.standing_since < find_stuck_time(context) and abs(state.turned_angle) < CIRCLED_ANGLE:
         return state
-    state = state._replace(winding=0.0)
+    state = state._replace(turned_angle=0.0)
     tries = len(find_attempts_near(state, pose, SAME_PLACE * radius))
     if tries >= TRIES:
-        return state._replace(still_since=time, gives_up=True)
+        return state._replace(standing_since=time, has_given_up=True)
     poses = find_manoeuvre(pose, path, context, tries)
     return begin_manoeuvre(state, poses, state.attempts, pose, time)
 
@@ -121,14 +121,15 @@ def step_docking(
 ) -> ManoeuvreState:
     """Return the manoeuvre after a scan of a robot that is to have a heading at its goal.
 
-    After each attempt it waits longer. Arguments as of `step_manoeuvre`; `dock` is (x, y, yaw) of the goal, W, and its
-    tolerance, m: a robot that turns on the spot gets to the very place.
+    It starts an attempt when it has stood for the stuck time, times one plus the attempts so far. Arguments as of
+    `step_manoeuvre`; `dock` is (x, y, yaw) of the goal, W, and its tolerance, m: a robot that turns on the spot gets to
+    the very place.
     """
-    state = previous_state._replace(gives_up=False)
+    state = previous_state._replace(has_given_up=False)
     radius = context.footprint.radius
     turns_on_the_spot = context.base.turns_on_the_spot
     if has_moved(previous_state, pose, radius):
-        state = state._replace(pose=pose.copy(), still_since=time if turns_on_the_spot else state.still_since)
+        state = state._replace(pose=pose.copy(), standing_since=time if turns_on_the_spot else state.standing_since)
     if len(state.poses):
         next_state = drop_reached_poses(state, pose, time, context)
         if next_state is not state or time - state.since < patience:
@@ -137,7 +138,7 @@ def step_docking(
     attempts = find_attempts_near(state, pose, REACH * radius)
     is_docked = abs(math.remainder(dock[2] - pose[2], 2.0 * math.pi)) < DOCKED_HEADING
     is_docked = is_docked and not (turns_on_the_spot and math.dist(dock[:2], pose[:2]) >= dock[3])
-    if is_docked or time - state.still_since < find_stuck_time(context) * (1 + len(attempts)):
+    if is_docked or time - state.standing_since < find_stuck_time(context) * (1 + len(attempts)):
         return state
     goals = np.array([(*dock[:3], 0.0 if turns_on_the_spot else AT_HEADING, 0.0)])
     if turns_on_the_spot:  # or beside it, where the walls leave more room
@@ -161,12 +162,12 @@ def begin_manoeuvre(
 ) -> ManoeuvreState:
     """Return the state with poses (k, 4) that are driven from now on, and one more attempt, at the robot's pose."""
     attempts = np.vstack((attempts[1 - REMEMBERED_TRIES :], pose[:2]))
-    return state._replace(poses=poses, since=time, still_since=time, attempts=attempts)
+    return state._replace(poses=poses, since=time, standing_since=time, attempts=attempts)
 
 
 def end_manoeuvre(state: ManoeuvreState, time: float) -> ManoeuvreState:
     """Return the state without a manoeuvre; the robot counts as moving now."""
-    return state._replace(poses=NO_POSES, still_since=time)
+    return state._replace(poses=NO_POSES, standing_since=time)
 
 
 def find_attempts_near(state: ManoeuvreState, pose: np.ndarray, distance: float) -> np.ndarray:
@@ -194,15 +195,16 @@ def update_winding(
 ) -> ManoeuvreState:
     """Return the state with the least that was left of the path (k, 2), and how far the robot has turned since."""
     if not len(path):
-        return previous_state._replace(least_left=math.inf, winding=0.0)
+        return previous_state._replace(least_path_left=math.inf, turned_angle=0.0)
     length_left, end = float(measure_arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
     if (
-        length_left < previous_state.least_left - MOVED * robot_radius
+        length_left < previous_state.least_path_left - MOVED * robot_radius
         or not math.dist(path[-1], previous_state.end[:2]) < SAME_PLACE * robot_radius
     ):
-        return previous_state._replace(least_left=length_left, winding=0.0, end=end)
+        return previous_state._replace(least_path_left=length_left, turned_angle=0.0, end=end)
     return previous_state._replace(
-        winding=previous_state.winding + math.remainder(pose[2] - previous_state.end[2], 2.0 * math.pi), end=end
+        turned_angle=previous_state.turned_angle + math.remainder(pose[2] - previous_state.end[2], 2.0 * math.pi),
+        end=end,
     )
 
 
@@ -256,10 +258,15 @@ def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext
 def _search_manoeuvre(pose: np.ndarray, goals: np.ndarray, context: ManoeuvreContext, tried_count: int) -> np.ndarray:
     """Return the poses of a way to some goals, with a margin that grows with the attempts that failed here."""
     unit = context.footprint.radius
-    surfaces = _near_surfaces(context.surroundings.view.chords, pose[:2], unit)
+    surfaces = _thin_out_chords(context.surroundings.view.chords, pose[:2], unit)
     margin = context.margin + EXTRA_MARGINS[tried_count % len(EXTRA_MARGINS)] * unit
     return search_poses(
-        pose, goals, context.motion_primitives, context.footprint, margin, (surfaces, context.surroundings.other_views)
+        pose,
+        goals,
+        context.motion_primitives,
+        context.footprint,
+        margin,
+        (surfaces, context.surroundings.further_views),
     )
 
 
@@ -278,7 +285,7 @@ def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -
     return np.array(goals)
 
 
-def _near_surfaces(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
+def _thin_out_chords(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
     """Return what is within the search's reach, thinned out to the nearest ones."""
     middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
     surface_distances = np.hypot(*(middle - place).T)

@@ -216,7 +216,7 @@ def _apply_move(x, y, yaw, dx, dy, turn):
 def _check_move(x, y, yaw, move, space, is_first):
     """Return whether the footprint keeps its margin on a move (dx, dy, dyaw, ...) from a pose; and the checks made.
 
-    A move that `is_first` at the start keeps within what was seen, too.
+    With `is_first`, the move must also stay in space that was seen.
     """
     margin, discs, cell = space.margin, space.discs, space.grid[2]
     count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / (SPACING * cell))) + 1
@@ -294,7 +294,8 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
     `starts` (m, 5) are as goals, with what it costs to begin there; `cost_to_go` is that of each cell, m. A pose at a
     goal is queued once more, with what it costs to end there: it is the way's last one if it comes first then.
 
-    A way that `is_leaving` a goal, to be driven backwards, ends where the robot may turn freely, too.
+    With `is_leaving` the search starts at the goal and also ends where the robot may turn freely; its result is driven
+    backwards.
     """
     usual, first_primitives, cell = primitives.usual, primitives.first, space.grid[2]
     can_shoot = (usual[:, 4] == 0.0).any()

@@ -45,7 +45,7 @@ from drake_starnav.robot.base import convert_to_twist
 from drake_starnav.robot.limits import Velocity, cap_speed, find_velocity_towards, wrap_angle
 from drake_starnav.robot.motion import Actuation, Pose, convert_to_velocity, integrate_step, ramp_velocity, roll_out
 from drake_starnav.safety.certificates import Certificate, all_accept
-from drake_starnav.surroundings.region_union import RegionUnion, covers, find_cover
+from drake_starnav.surroundings.region_union import RegionUnion, covers, find_covering_region
 
 MANOEUVRE_STEPS = 5
 """Steps of a rollout for which it drives a manoeuvre."""
@@ -373,7 +373,7 @@ def drive_step(rollout, velocity, mean, scene):
     rollout.yaw, rollout.turning = pose.yaw, velocity.turning
     rollout.ahead, rollout.aside = velocity.ahead, velocity.aside
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
-    is_free = is_free or find_cover(scene.regions, pose.x, pose.y, 0.0) >= 0
+    is_free = is_free or find_covering_region(scene.regions, pose.x, pose.y, 0.0) >= 0
     clearance = measure_clearance(pose.x, pose.y, scene)
     if is_free or clearance > rollout.clearance:
         rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance

@@ -91,7 +91,7 @@ class Parts:
         return dataclasses.replace(made_parts, **given_parts)
 
 
-def function_of(part: Any) -> Any:
+def find_function(part: Any) -> Any:
     """Return the part if it is a pure function that a system of ours runs, else None."""
     return part if callable(part) and not isinstance(part, (System, type)) else None
 

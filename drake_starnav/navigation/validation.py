@@ -23,8 +23,8 @@ from drake_starnav.station.robot_interface import POSE_PORTS, RobotInterface
 from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.perception import check_views
-from drake_starnav.surroundings.polar_image import looks_at
+from drake_starnav.surroundings.perception import check_fields_of_view
+from drake_starnav.surroundings.polar_image import MOST_LIDARS, looks_at
 from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -139,7 +139,7 @@ def check_and_derive_margins(
                 "allowed: a lidar that sees farther than the robot reaches"
             )
         _check_range(scenario, lidar, reach + mount.offset + budget["F"])
-    check_views(blank, mounts, scenario.robot.shape, backwards=backwards)
+    check_fields_of_view(blank, mounts, scenario.robot.shape, backwards=backwards)
     _check_braking(scenario)
     if scenario.robot.limits.steers:
         _check_steering(scenario.robot)
@@ -169,7 +169,7 @@ def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margi
 
 
 def _check_base(scenario: Scenario) -> None:
-    """An ideal base has no wheels that slip."""
+    """Raise a `StarnavError` if slip is declared for a base without wheels."""
     robot, slip = scenario.robot, scenario.drive.slip
     if robot.drive.holonomic and slip > 0.0:
         raise StarnavError(
@@ -179,7 +179,7 @@ def _check_base(scenario: Scenario) -> None:
 
 
 def _check_tolerance(scenario: Scenario) -> None:
-    """A robot that follows guidance stops near its goal, as it believes, and must be within the tolerance there."""
+    """Raise a `StarnavError` if a robot that stops near its goal, as it believes, would not be within the tolerance."""
     tolerance, stops = scenario.simulation.goal_tolerance, GOAL_REACHED * scenario.robot.shape.cover_radius
     least = stops + scenario.localization.jump
     if tolerance <= least:
@@ -190,7 +190,9 @@ def _check_tolerance(scenario: Scenario) -> None:
 
 
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:
-    """What needs a single lidar on the robot's axis."""
+    """Raise a `StarnavError` for more lidars than views can be told apart, or where scans are averaged than one."""
+    if len(mounts) > MOST_LIDARS:
+        raise StarnavError(f"{len(mounts)} lidars; allowed: at most {MOST_LIDARS}")
     lone = len(mounts) == 1 and mounts[0].offset == 0.0
     if not lone and margins.average_scans:
         raise StarnavError(
@@ -209,7 +211,7 @@ def _describe_mounts(mounts: Sequence[Mount]) -> str:
 
 
 def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) -> None:
-    """Two beams must be less apart than the radius where the robot must begin to stop (m): walls would seem open."""
+    """Raise a `StarnavError` if beams are farther apart than the radius where the robot must begin to stop, m."""
     robot, is_masked = scenario.robot, lidar.widest_gap > lidar.field_of_view.widest_gap
     cause_text = f"lidar.mask is {shown(lidar.mask)}" if is_masked else f"lidar.beams is {lidar.beams}"
     if distance * lidar.widest_gap > robot.radius:
@@ -222,7 +224,7 @@ def _check_beams(scenario: Scenario, lidar: LidarParameters, distance: float) ->
 
 
 def _check_braking(scenario: Scenario) -> None:
-    """A robot that slides while braking stops later than certified."""
+    """Raise a `StarnavError` if the wheels would slide while braking: the robot would stop later than certified."""
     for name in ("max_acceleration", "max_deceleration"):
         hardest = getattr(scenario.robot, name)
         if hardest > HARDEST_BRAKING:
@@ -233,7 +235,7 @@ def _check_braking(scenario: Scenario) -> None:
 
 
 def _check_steering(car: RobotParameters) -> None:
-    """The certificate's samples of a car's motion are as near to it as assumed only if it steers no quicker."""
+    """Raise a `StarnavError` if a car steers more quickly than its motion is sampled for."""
     limits, tightest = car.limits, max(TIGHTEST_CIRCLE, 0.5 * car.shape.lever)
     if 1.0 / limits.max_yaw_rate < tightest:
         raise StarnavError(
@@ -250,7 +252,7 @@ def _check_steering(car: RobotParameters) -> None:
 
 
 def _check_range(scenario: Scenario, lidar: LidarParameters, needed_range: float) -> None:
-    """The lidar must see obstacles that approach in time for the robot to stand, from `needed_range`, m."""
+    """Raise a `StarnavError` if the lidar sees no farther than `needed_range`, m: too late to stand."""
     range_max, speed = lidar.range_max, scenario.obstacles.max_speed
     if speed > 0.0 and range_max < needed_range:
         raise StarnavError(

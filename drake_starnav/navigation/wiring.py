@@ -12,7 +12,7 @@ from drake_starnav.errors import StarnavError, check_kind, counted
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.navigation.loop_config import LoopConfig
-from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts, function_of
+from drake_starnav.navigation.parts import AS_DECLARED, Navigation, Parts, find_function
 from drake_starnav.navigation.robot import robot_world, scan_ports
 from drake_starnav.navigation.sources import find_control_sources
 from drake_starnav.navigation.validation import (
@@ -125,7 +125,7 @@ def _asks_for_planning(parts: Parts, navigation: Navigation) -> bool:
 
 def _make_own_system(part: Any) -> System | None:
     """Return a part of the user's, unless it is a function for a system of ours."""
-    return None if function_of(part) is not None else part
+    return None if find_function(part) is not None else part
 
 
 def _read_goal(scenario: Scenario, world: World) -> System:
@@ -218,7 +218,7 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
         lidar,
         mounts=mounts,
         certifies=config.parts.certified,
-        perceive=function_of(config.parts.perception) or perceive,
+        perceive=find_function(config.parts.perception) or perceive,
         stopwatch=config.stopwatch,
     )
     perception = add_system(builder, "perception", perception, "perception")
@@ -253,8 +253,8 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
         scenario.planner,
         config.margins,
         goal_tolerance=scenario.simulation.goal_tolerance,
-        step=function_of(parts.planner),
-        closed_areas=[rule for rule in rules if isinstance(rule, KeepOut)],
+        step=find_function(parts.planner),
+        keep_outs=[rule for rule in rules if isinstance(rule, KeepOut)],
         stopwatch=config.stopwatch,
     )
     planner = add_system(builder, "planner", planner, "planner")
@@ -300,7 +300,7 @@ def _make_controller(config: LoopConfig) -> DsmController:
         config.scenario.robot,
         config.scenario.controller,
         config.margins,
-        propose=function_of(config.parts.controller) or follow_guidance,
+        propose=find_function(config.parts.controller) or follow_guidance,
         obstacles=config.obstacles,
         state_lead=config.state_lead,
         stopwatch=config.stopwatch,

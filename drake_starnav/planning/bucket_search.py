@@ -5,7 +5,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel, leaf
 
 UNREACHED_COST = 2**30
-"""Costs are stored less this, so that 0, with which memory comes at no cost, means not reached."""
+"""Costs are stored less this: a cell that still holds 0 was not reached."""
 BUCKETS = 2**13
 """Of a queue: no open cell exceeds the least by more, as a step costs at most 14 times 255, and h falls by less."""
 NEIGHBOURHOOD = 150
@@ -29,7 +29,7 @@ def search_buckets(weight, cost, goal, source):
     (gi, gj), (si, sj) = goal, source
     w, costs = weight.ravel(), cost.ravel()
     best = UNREACHED_COST
-    is_outside = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
+    source_reach = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
     head = np.full(BUCKETS, -1, np.int32)
     entries = np.empty((BUCKETS, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED_COST, next
     rows, columns = np.array([1, 1, 0, -1, -1, -1, 0, 1]), np.array([0, 1, 1, 1, 0, -1, -1, -1])  # by bearing
@@ -58,7 +58,7 @@ def search_buckets(weight, cost, goal, source):
             i = c // ny
             j = c - i * ny
             f = entry_cost + UNREACHED_COST + estimate_cost(i, j, si, sj)
-            if si >= 0 and abs(i - si) <= is_outside and abs(j - sj) <= is_outside:
+            if si >= 0 and abs(i - si) <= source_reach and abs(j - sj) <= source_reach:
                 best = min(best, f)
             if f > best + NEIGHBOURHOOD:
                 return

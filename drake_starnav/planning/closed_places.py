@@ -18,17 +18,17 @@ SPACING = 0.2
 
 
 @snapshot
-class Closures:
+class ClosedPlaces:
     """Places that are closed to the robot. Immutable.
 
     Attributes:
-        failed: shape (k, 2), where ways failed, W, m: nothing is free within
+        failed_places: shape (k, 2), where ways failed, W, m: nothing is free within
             CLOSURE_RADIUS of one, until all are tried again.
         keep_out_points: by their cause, places of shape (k, 2), W, m, which stay closed: the robot keeps off them as
             off hits.
     """
 
-    failed: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    failed_places: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     keep_out_points: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @cached_property
@@ -36,7 +36,7 @@ class Closures:
         """The places of all walls, shape (k, 2), W, m."""
         return np.vstack((np.zeros((0, 2)), *self.keep_out_points.values()))
 
-    def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "Closures":
+    def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "ClosedPlaces":
         """Add the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
         places = around(polygon, distance, SPACING * robot_radius)
         known_points = self.keep_out_points.get(cause, places[:0])
@@ -60,7 +60,7 @@ class Closures:
                 self.all_keep_outs[(wall_distances > region.radius) & (wall_distances < region.reach + room)],
                 room,
             )
-        return clear_region(region, self.failed, CLOSURE_RADIUS * region.radius)
+        return clear_region(region, self.failed_places, CLOSURE_RADIUS * region.radius)
 
 
-NOTHING_CLOSED = Closures()
+NOTHING_CLOSED = ClosedPlaces()

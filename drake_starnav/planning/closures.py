@@ -34,7 +34,7 @@ def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> Pl
         for region in state.roadmap.regions
     ]
     roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
-    closures = replace_fields(roadmap.closures, failed=np.vstack((roadmap.closures.failed, places)))
+    closures = replace_fields(roadmap.closures, failed_places=np.vstack((roadmap.closures.failed_places, places)))
     route = state.route._replace(path=EMPTY_PATH)
     state = replace_fields(state, roadmap=replace_fields(roadmap, closures=closures), route=route)
     return state if len(roadmap) else add_latest_node(state, inputs)
@@ -44,25 +44,25 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with closures reopened after no route was found; `state` itself if there is nothing to reopen.
 
     Where the robot stands in closures, only these are removed, as it has come there. Where it stands in none, or has
-    waited for an obstacle, which may have been what closed its ways, all are removed, and `retrying` is set: an exit
+    waited for an obstacle, which may have been what closed its ways, all are removed, and `is_retrying` is set: an exit
     whose probe is not seen is no longer closed. Keep-outs stay. Hits that the latest scans saw through are removed, and
     the regions are fitted again.
     """
-    failed_places, nodes = state.roadmap.closures.failed, state.roadmap.nodes
+    failed_places, nodes = state.roadmap.closures.failed_places, state.roadmap.nodes
     lasting_nodes = forget_contradicted(nodes, state.recent_observations, inputs.robot_radius)
-    if lasting_nodes is nodes and state.retrying and not len(failed_places):
+    if lasting_nodes is nodes and state.is_retrying and not len(failed_places):
         return state
     has_waited = state.progress.dead_end is not None
     is_reopened = (np.hypot(*(failed_places - inputs.position).T) <= CLOSURE_RADIUS * inputs.robot_radius) | has_waited
     closures = replace_fields(
-        state.roadmap.closures, failed=failed_places[~is_reopened] if is_reopened.any() else EMPTY_PATH
+        state.roadmap.closures, failed_places=failed_places[~is_reopened] if is_reopened.any() else EMPTY_PATH
     )
     roadmap = replace_fields(state.roadmap, closures=closures, nodes=lasting_nodes)
     if lasting_nodes is not nodes:
         grid = rebuild_grid(roadmap.grid, closures, lasting_nodes, inputs.margins, inputs.robot_radius)
         roadmap = replace_fields(roadmap, grid=grid)
     roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
-    state = replace_fields(state, roadmap=roadmap, retrying=state.retrying or has_waited or not is_reopened.any())
+    state = replace_fields(state, roadmap=roadmap, is_retrying=state.is_retrying or has_waited or not is_reopened.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else add_latest_node(state, inputs)
 
@@ -80,7 +80,7 @@ def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     )
 
 
-def find_blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
+def find_blocking_keep_outs(state: PlannerState, inputs: PlannerInput) -> str:
     """Return the names of the keep-outs without which there might be a way to the goal; empty: there are none."""
     roadmap, walls = state.roadmap, state.roadmap.closures.keep_out_points
 
@@ -99,7 +99,7 @@ def find_blocking_zones(state: PlannerState, inputs: PlannerInput) -> str:
 def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     """Return where a way (k, 2) on from the robot is narrowest between hits, else a place just ahead; shape (n, 2).
 
-    Off the middle, too, where the axis of a robot that is no disc may pass.
+    In a wide gap several places across it are returned, so that no part of it stays open.
     """
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
     radius = inputs.robot_radius
@@ -129,7 +129,7 @@ def find_narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarra
     That is where two hits on both sides of the way are nearer to each other than its diameter: the hits around the
     robot and the place between those two.
     """
-    hits, way = _find_confirmed_hits(state, inputs), np.vstack((inputs.position, state.route.path, state.route.beyond))
+    hits, way = _find_averaged_hits(state, inputs), np.vstack((inputs.position, state.route.path, state.route.beyond))
     narrow = find_narrowest_gap(hits, way, 2.0 * inputs.robot_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow.mean(axis=0)))
 
@@ -140,13 +140,13 @@ def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndar
     In one scan, from beside the viewpoint, noise may hide it behind a gap through which the robot just fits. The least
     margin allows for the error of one scan; of that, a mean has only the share that is left out here.
     """
-    hits = _find_confirmed_hits(state, inputs)
+    hits = _find_averaged_hits(state, inputs)
     hits_ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
     needed_distance = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
     return bool((measure_segment_distance(hits_ahead, viewpoint, probe) < needed_distance).any())
 
 
-def _find_confirmed_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
+def _find_averaged_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
     """Return hits near the robot in the mean of AVERAGED_SCANS scans, shape (n, 2), W, m; none of fewer scans."""
     if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH

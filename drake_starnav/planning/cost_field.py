@@ -15,7 +15,7 @@ NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
 TIGHT_COST = 8.0
 """Additional cost of a metre where a robot that is no disc only just fits, as a multiple of its length."""
-DOUBT_COST = 20.0
+UNCERTAIN_COST = 20.0
 """Additional cost of a metre where hits may only seem to leave no room, as a multiple of its length."""
 UNKNOWN_COST = 0.3
 """Additional cost of a metre through the unknown, as a multiple of its length: it may be blocked."""
@@ -62,14 +62,14 @@ class CostmapParams(NamedTuple):
 
     Attributes:
         robot_radius: cells nearer than this to a hit are blocked, m.
-        closures: shape (k, 2), W, m: cells within CLOSURE_RADIUS of one are blocked.
-        doubt: cells that hits block by no more than this are passable, at DOUBT_COST, m.
+        failed_places: shape (k, 2), W, m: cells within CLOSURE_RADIUS of one are blocked.
+        clearance_uncertainty: cells that hits block by no more than this are passable, at UNCERTAIN_COST, m.
         swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
     """
 
     robot_radius: float
-    closures: np.ndarray = np.zeros((0, 2))
-    doubt: float = 0.0
+    failed_places: np.ndarray = np.zeros((0, 2))
+    clearance_uncertainty: float = 0.0
     swept_radius: float = 0.0
 
 
@@ -78,7 +78,7 @@ def compute_cost_to_go(
     goal: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    terrain: CostmapParams,
+    params: CostmapParams,
     source: np.ndarray | None = None,
 ) -> CostField:
     """Return the cost of the cheapest path to the goal if all unknown space were free.
@@ -87,7 +87,7 @@ def compute_cost_to_go(
         grid: hits and coverage: cells in no region cost more by UNKNOWN_COST, unless there is no region at all.
         goal: shape (2,), W, m.
         low, high: corners of the box that is searched, W, m; it must contain the goal.
-        terrain: which cells may be crossed.
+        params: which cells may be crossed.
         source: where the way begins, shape (2,), W, m: the search ends once its cost is known; None: the whole box is
             searched.
 
@@ -96,15 +96,15 @@ def compute_cost_to_go(
     """
     first, count = grid.box(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
-    radius = terrain.robot_radius
+    radius = params.robot_radius
     blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
-    swept = terrain.swept_radius if terrain.swept_radius > radius else 0.0  # of a disc nothing
+    swept = params.swept_radius if params.swept_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
-    limits = _ClearanceLimits(blocked_distance - terrain.doubt, blocked_distance, soft_distance, swept)
+    limits = _ClearanceLimits(blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, swept)
     weight = _weigh_cells(grid.arrays, first, count, limits, NEAR_WALL_COST)
     if grid.coverage.whole.size:
         _raise_unknown(weight, grid.coverage, first // STRIDE, round(10.0 * UNKNOWN_COST))
-    _close(weight, (terrain.closures - origin) / cell + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
+    _close(weight, (params.failed_places - origin) / cell + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
     end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
     begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
@@ -115,7 +115,7 @@ def compute_cost_to_go(
 class _ClearanceLimits(NamedTuple):
     """Distances to hits from which on a cell may be open, is open, is no longer near a wall, and is wide, m."""
 
-    doubted: float
+    uncertain: float
     open: float
     soft: float
     wide: float
@@ -151,7 +151,9 @@ def _weigh_cells(grid, corner, count, limits, near_wall_cost):
                     if clear >= widest:
                         continue
                     if clear < limits.open:
-                        out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + DOUBT_COST)) if clear >= limits.doubted else 0
+                        out[p + i + 1, q + j + 1] = (
+                            int(10.0 * (1.0 + UNCERTAIN_COST)) if clear >= limits.uncertain else 0
+                        )
                         continue
                     near_wall = near_wall_cost * (max(limits.soft, clear) - clear) / (limits.soft - limits.open)
                     if clear < limits.wide:
@@ -168,8 +170,8 @@ def _raise_unknown(weight, coverage, corner, more):
         p = corner[0] + i - 1 - BLOCK * first[0]
         for j in range(1, weight.shape[1] - 1):
             q = corner[1] + j - 1 - BLOCK * first[1]
-            is_covered = 0 <= p < part_counts.shape[0] and 0 <= q < part_counts.shape[1]
-            if weight[i, j] and not (is_covered and (part_counts[p, q] or whole_counts[p // BLOCK, q // BLOCK])):
+            is_in_array = 0 <= p < part_counts.shape[0] and 0 <= q < part_counts.shape[1]
+            if weight[i, j] and not (is_in_array and (part_counts[p, q] or whole_counts[p // BLOCK, q // BLOCK])):
                 weight[i, j] += more
 
 

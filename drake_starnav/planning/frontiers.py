@@ -1,4 +1,7 @@
-"""Frontiers are gaps: runs of the boundary of a region beyond which nothing is known that stops the robot."""
+"""Frontiers: runs of the boundary of a region beyond which nothing is known that stops the robot.
+
+The exit of a route is one of their points: where the path leaves the regions.
+"""
 
 import math
 from typing import NamedTuple
@@ -10,27 +13,27 @@ from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import HIT_ERROR, measure_distance_at
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.surroundings.region_union import RegionUnion, find_cover
+from drake_starnav.surroundings.region_union import RegionUnion, find_covering_region
 
 STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8
 """In radii of the robot: largest step along a boundary; how far beyond it a probe tells whether it is open; up to which
 distance from a region a probe counts as covered; and the shortest run that is no noise."""
 
 
-class Gap(NamedTuple):
-    """A frontier.
+class Frontier(NamedTuple):
+    """An open run of the boundary of a region.
 
     Attributes:
-        line: shape (k, 2), points along the boundary, W, m.
-        probe: shape (k, 2), the places beyond them, in the unknown, W, m.
+        boundary: shape (k, 2), points along the boundary, W, m.
+        probes: shape (k, 2), the places beyond them, in the unknown, W, m.
     """
 
-    line: np.ndarray
-    probe: np.ndarray
+    boundary: np.ndarray
+    probes: np.ndarray
 
 
-def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap]:
-    """Return the gaps of one region: where no region, no hit and no closure is beyond its boundary.
+def find_region_frontiers(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Frontier]:
+    """Return the frontiers of one region: where no region, no hit and no closure is beyond its boundary.
 
     Args:
         roadmap: with the region.
@@ -38,22 +41,22 @@ def find_gaps(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Gap
         owner: index of the region.
     """
     line, probe, is_open = _sample_boundary(
-        roadmap.union, owner, roadmap.closures.failed, roadmap.grid.arrays, robot_radius
+        roadmap.union, owner, roadmap.closures.failed_places, roadmap.grid.arrays, robot_radius
     )
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
-    gap_ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
-    first, last = measure_arc_lengths(line)[gap_ends - (0, 1)].T
-    return [Gap(line[a:b], probe[a:b]) for a, b in gap_ends[last - first >= LEAST * robot_radius].tolist()]
+    run_ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
+    first, last = measure_arc_lengths(line)[run_ends - (0, 1)].T
+    return [Frontier(line[a:b], probe[a:b]) for a, b in run_ends[last - first >= LEAST * robot_radius].tolist()]
 
 
-def find_all_gaps(roadmap: StarRoadmap, robot_radius: float) -> list[Gap]:
-    """Return the gaps of all regions; arguments as for `find_gaps`."""
-    return [gap for owner in range(len(roadmap)) for gap in find_gaps(roadmap, robot_radius, owner)]
+def find_frontiers(roadmap: StarRoadmap, robot_radius: float) -> list[Frontier]:
+    """Return the frontiers of all regions; arguments as for `find_region_frontiers`."""
+    return [each for owner in range(len(roadmap)) for each in find_region_frontiers(roadmap, robot_radius, owner)]
 
 
 @kernel
-def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
+def _sample_boundary(union: RegionUnion, owner, failed_places, grid, radius):
     """Return points along a region's boundary (n, 2), the places beyond them (n, 2), whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
     samples, probe_distance, count = len(values), BEYOND * radius, 0
@@ -78,9 +81,9 @@ def _sample_boundary(union: RegionUnion, owner, closures, hits, radius):
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
             u, v = x + probe_distance * dy / length, y - probe_distance * dx / length
             line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
-            is_open[n] = measure_distance_at(hits, u, v) > radius - HIT_ERROR * radius
-            for j in range(len(closures)):
-                is_open[n] &= math.hypot(u - closures[j, 0], v - closures[j, 1]) > CLOSURE_RADIUS * radius
-            is_open[n] = is_open[n] and find_cover(union, u, v, COVER_SLACK * radius) < 0
+            is_open[n] = measure_distance_at(grid, u, v) > radius - HIT_ERROR * radius
+            for j in range(len(failed_places)):
+                is_open[n] &= math.hypot(u - failed_places[j, 0], v - failed_places[j, 1]) > CLOSURE_RADIUS * radius
+            is_open[n] = is_open[n] and find_covering_region(union, u, v, COVER_SLACK * radius) < 0
             n += 1
     return line, probe, is_open

@@ -32,7 +32,7 @@ OFF = 0.5 * (STRIDE - 1) / STRIDE
 
 @dataclass
 class TilePool:
-    """Tiles with spare ones; of the grids that share them, the first to use a row owns it.
+    """A growing array of tiles that successive grids share; only the newest grid may append rows.
 
     Attributes:
         tiles: shape (n, TILE, TILE), m.

@@ -15,7 +15,7 @@ BRIDGE_SPACING = 0.2
 """Spacing of the points between two hits that the robot does not fit between, as a share of its diameter."""
 
 
-def inflate_hits(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
+def bridge_observed_hits(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
     """Return hits, and points between neighbouring hits that are closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams that
@@ -32,9 +32,9 @@ def inflate_hits(observation: Observation, margins: Margins, robot_radius: float
 
 
 @kernel
-def bridge_hits(beams, distance, place, diameter):
-    """As `inflate_hits`, of distances along some `Beams` from a place (x, y, cosine and sine of the yaw)."""
-    (x, y, cosine, sine), spacing = place, BRIDGE_SPACING * diameter
+def bridge_hits(beams, distance, frame, diameter):
+    """As `bridge_observed_hits`, of distances along some `Beams` from a frame (x, y, cosine and sine of its yaw)."""
+    (x, y, cosine, sine), spacing = frame, BRIDGE_SPACING * diameter
     mappable, wrap = beams.kinds & MAPPABLE != 0, beams.seam < np.inf
     points = place_ends(beams.directions, distance, mappable, x, y, cosine, sine)
     hit = distance[mappable] < beams.range_max

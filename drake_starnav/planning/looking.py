@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.planning.monitoring import FACING, is_facing, is_turning
 from drake_starnav.planning.state import PlannerInput, PlannerState, Progress
-from drake_starnav.surroundings.region_union import find_cover
+from drake_starnav.surroundings.region_union import find_covering_region
 from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import replace_fields
 
@@ -14,7 +14,7 @@ LOOKS_AFTER = 0.5
 """Time without progress after which the robot turns to unseen space, s."""
 STILL_TURNS = 1.0
 """The same while it still turns to a free heading, s."""
-UNSEEN_WITHIN = 2.0
+UNKNOWN_WITHIN = 2.0
 """Unseen space matters within this distance, in radii of the disc that the robot covers when it turns."""
 BEGINS_WITHIN = 0.1
 """No farther from where it began, in its radii, the robot has not left."""
@@ -28,12 +28,12 @@ def sees_exit_after_turn(state: PlannerState, current_region: StarRegion, inputs
     if not observation.scan.merged or state.route.exit is None or not len(nodes):
         return False
     turned_angle = abs(math.remainder(float(observation.pose[2] - nodes[-1].pose[2]), 2.0 * math.pi))
-    return turned_angle > FACING and find_cover(current_region.as_union, *state.route.exit[1], 0.0) >= 0
+    return turned_angle > FACING and find_covering_region(current_region.as_union, *state.route.exit[1], 0.0) >= 0
 
 
-def turn_to_unseen(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+def turn_to_look(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with the heading to which the robot turns on the spot, where its lidars have not seen enough."""
-    progress = state.progress._replace(unseen_heading=math.nan)
+    progress = state.progress._replace(looking_heading=math.nan)
     if len(state.route.path):
         look = look_beside_path if inputs.observation.scan.merged else look_along_path
         progress = look(state, progress, inputs)
@@ -48,7 +48,7 @@ def look_along_path(state: PlannerState, progress: Progress, inputs: PlannerInpu
     scan, path_bearing = inputs.observation.scan, find_path_bearing(state, inputs)
     is_unseen = np.abs(measure_bearings_from_path(path_bearing, inputs)).min() > scan.angle_increment
     is_blind = is_unseen and inputs.time - progress.time > LOOKS_AFTER
-    is_looking = math.isfinite(state.progress.unseen_heading)
+    is_looking = math.isfinite(state.progress.looking_heading)
     if not is_blind and (not is_looking or is_facing(inputs, state.route.path[0])):
         return progress
     return start_turn(progress, path_bearing, inputs)
@@ -64,9 +64,9 @@ def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInp
         return start_turn(progress._replace(standing_since=inputs.time), path_bearing, inputs)
     scan, robot_turns = inputs.observation.scan, is_turning(state)
     from_path = np.abs(measure_bearings_from_path(path_bearing, inputs))
-    is_near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.swept_radius)
+    is_near = scan.lost & (scan.distances < UNKNOWN_WITHIN * inputs.swept_radius)
     unseen = np.flatnonzero(is_near & (from_path <= 0.5 * math.pi))
-    patience = STILL_TURNS if robot_turns and not math.isfinite(state.progress.unseen_heading) else LOOKS_AFTER
+    patience = STILL_TURNS if robot_turns and not math.isfinite(state.progress.looking_heading) else LOOKS_AFTER
     waits = inputs.time - progress.standing_since > patience and len(unseen) > 0
     if progress.time == inputs.time or not (waits or not robot_turns or is_facing(inputs, way_point)):
         return progress._replace(standing_since=inputs.time)
@@ -101,4 +101,4 @@ def measure_bearings_from_path(path_bearing: float, inputs: PlannerInput) -> np.
 
 def start_turn(progress: Progress, bearing: float, inputs: PlannerInput) -> Progress:
     """Return the progress of a robot that turns on the spot by a bearing, rad."""
-    return progress._replace(unseen_heading=float(inputs.observation.pose[2]) + bearing)
+    return progress._replace(looking_heading=float(inputs.observation.pose[2]) + bearing)

@@ -15,7 +15,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.outlier_filter import lose_beams
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.surroundings.bearing_hits import measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import measure_half_chords
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP
@@ -40,7 +40,7 @@ RUN_BEAMS = 3.0
 def find_mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
     """Return static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
     scan, hit = observation.scan, observation.scan.mappable_hits
-    return scan.points_at(scan.distances, hit, observation.pose), measure_half_gaps(scan.distances, scan.beams)[hit]
+    return scan.points_at(scan.distances, hit, observation.pose), measure_half_chords(scan.distances, scan.beams)[hit]
 
 
 def measure_share_seen_through(old: Observation, new: Observation, slack: float) -> float:

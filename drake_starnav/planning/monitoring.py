@@ -12,18 +12,18 @@ from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridge_hits
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import SMOOTHING_BEAMS, average_neighbours
-from drake_starnav.surroundings.region_union import RegionUnion, find_cover, find_first_gap
+from drake_starnav.surroundings.region_union import RegionUnion, find_covering_region, find_first_departure
 from drake_starnav.surroundings.star_region import StarRegion
 
 OUTSIDE_TOLERANCE = 0.12
 """The robot counts as outside the regions only when it is this far out, in its radii."""
 PROBE_SEEN_AFTER = 1.2
-"""Seeing the probe of the target adds a node only this far from the last node, in radii."""
+"""Seeing the probe of the exit adds a node only this far from the last node, in radii."""
 REPLAN_DISTANCE = 0.4
 """A blocked optimistic path triggers a new plan only this far from where the last plan was made, in radii."""
 OBSTRUCTION_SLACK = 0.24
 """A hit blocks a path if it is nearer than the robot's radius minus this share of it: noise and the size of cells."""
-DOUBTED_WITHIN = 4.8
+UNCERTAIN_WITHIN = 4.8
 """Within this distance, in radii, gaps that may only appear closed are measured again."""
 FACING = math.radians(30.0)
 """A robot faces a place that lies within this angle of its heading, rad."""
@@ -35,12 +35,13 @@ class PlanCheck(NamedTuple):
     """What the latest scan and the roadmap show of the plan.
 
     Attributes:
-        sees_probe: whether the latest region shows the target's probe, far enough from the last node.
+        sees_probe: whether the latest region shows the probe of the exit, far enough from the last node.
         is_outside: whether the robot has left all regions.
-        is_blocked: whether the scan blocks the optimistic path from the target on.
+        is_blocked: whether the scan blocks the optimistic path from the exit on.
         passed_count: number of way points that the robot has passed, or can see past; never the last one.
         has_strayed: whether the robot, inside the union of regions, has lost the line of sight to the next way point.
-        is_doubtful: whether hits seem to close the way near the robot, so that it is to be measured.
+        is_uncertain: whether a hit of the grid is nearer to the path close to the robot than its radius: averaged scans
+            are to decide.
     """
 
     sees_probe: bool
@@ -48,7 +49,7 @@ class PlanCheck(NamedTuple):
     is_blocked: bool
     passed_count: int
     has_strayed: bool
-    is_doubtful: bool
+    is_uncertain: bool
 
 
 def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) -> PlanCheck:
@@ -65,14 +66,14 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     since_plan = distance_to(inputs.position, route.start)
     plan = route.path, EMPTY_PATH if route.exit is None else route.exit[1:], route.beyond
     view = tuple(scan.beams), (x, y, math.cos(yaw), math.sin(yaw)), inputs.margins.smoothing_slack
-    known = tuple(roadmap.union), tuple(region.as_union), state.retrying, roadmap.grid.arrays
+    known = tuple(roadmap.union), tuple(region.as_union), state.is_retrying, roadmap.grid.arrays
     place = inputs.position.tolist()  # plain tuples are handed over six times as fast
     return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.robot_radius))
 
 
-def is_facing(inputs: PlannerInput, place: np.ndarray) -> bool:
-    """Return whether the robot faces a place (2,) in W."""
-    (x, y), (robot_x, robot_y, yaw) = place.tolist(), inputs.observation.pose.tolist()
+def is_facing(inputs: PlannerInput, position: np.ndarray) -> bool:
+    """Return whether the robot faces a position (2,) in W."""
+    (x, y), (robot_x, robot_y, yaw) = position.tolist(), inputs.observation.pose.tolist()
     return math.cos(math.atan2(y - robot_y, x - robot_x) - yaw) > math.cos(FACING)
 
 
@@ -99,30 +100,30 @@ def _check(x, y, driven, plan, known, view, robot_radius):
     sees_probe = (
         driven[0] > PROBE_SEEN_AFTER * robot_radius
         and len(probe) > 0
-        and find_cover(region, probe[0, 0], probe[0, 1], 0.0) >= 0
+        and find_covering_region(region, probe[0, 0], probe[0, 1], 0.0) >= 0
     )
-    is_outside = driven[0] > tolerance and find_cover(union, x, y, tolerance) < 0
+    is_outside = driven[0] > tolerance and find_covering_region(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, is_outside, False, 0, False, False
     passed_count = count_passed_points(x, y, path, region if retrying else union, robot_radius)
     has_strayed = (
-        find_cover(union, x, y, 0.0) >= 0
-        and find_first_gap(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, robot_radius) > 0.0
+        find_covering_region(union, x, y, 0.0) >= 0
+        and find_first_departure(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, robot_radius) > 0.0
     )
-    is_doubtful = _has_doubt(path, x, y, hits, robot_radius) or _has_doubt(beyond, x, y, hits, robot_radius)
+    is_uncertain = _is_uncertain(path, x, y, hits, robot_radius) or _is_uncertain(beyond, x, y, hits, robot_radius)
     is_blocked = False
     if driven[1] > REPLAN_DISTANCE * robot_radius and len(beyond) > 1:  # there is something beyond the probe
         beams, place, slack = Beams(*view[0]), view[1], view[2]
         distance = average_neighbours(beams, np.int64(SMOOTHING_BEAMS), slack)
         is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * robot_radius), robot_radius)
-    return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_doubtful
+    return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_uncertain
 
 
 @kernel
-def _has_doubt(way, x, y, hits, robot_radius):
-    """Return whether hits seem to close a way (k, 2) within DOUBTED_WITHIN of (x, y)."""
+def _is_uncertain(way, x, y, hits, robot_radius):
+    """Return whether hits seem to close a way (k, 2) within UNCERTAIN_WITHIN of (x, y)."""
     for i in range(len(way)):
-        is_near = math.hypot(way[i, 0] - x, way[i, 1] - y) < DOUBTED_WITHIN * robot_radius
+        is_near = math.hypot(way[i, 0] - x, way[i, 1] - y) < UNCERTAIN_WITHIN * robot_radius
         if is_near and measure_distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
             return True
     return False
@@ -134,7 +135,7 @@ def count_passed_points(x, y, path, union, radius):
     k = 0
     while k + 1 < len(path):
         is_near = math.hypot(path[k, 0] - x, path[k, 1] - y) < PASSED_DISTANCE * radius
-        if not is_near and find_first_gap(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
+        if not is_near and find_first_departure(union, (x, y), (path[k + 1, 0], path[k + 1, 1]), 0.0, radius) > 0.0:
             break
         k += 1
     return k
@@ -145,7 +146,7 @@ def is_obstructed(path, points, robot_radius):
     """Return whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
 
     Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
-    it may lie near the obstacle at which the target was found.
+    it may lie near the obstacle at which the exit was found.
     """
     distance = robot_radius - OBSTRUCTION_SLACK * robot_radius
     low_x = low_y = np.inf

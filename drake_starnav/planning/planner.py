@@ -7,14 +7,14 @@ from drake_starnav.planning.closures import (
     AVERAGED_SCANS,
     add_latest_node,
     close_path,
-    find_blocking_zones,
+    find_blocking_keep_outs,
     find_narrow_gap_hits,
     is_probe_occluded,
     reopen_closures,
 )
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.impassable import inflate_hits
-from drake_starnav.planning.looking import sees_exit_after_turn, turn_to_unseen
+from drake_starnav.planning.impassable import bridge_observed_hits
+from drake_starnav.planning.looking import sees_exit_after_turn, turn_to_look
 from drake_starnav.planning.map_revision import find_consistent_regions
 from drake_starnav.planning.monitoring import PlanCheck, check_plan, distance_to, is_facing, is_turning
 from drake_starnav.planning.roadmap import StarRoadmap, measure_uncovered_share, replace_regions
@@ -30,7 +30,7 @@ from drake_starnav.planning.state import (
 )
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.obstruction import AVOIDED_WITHIN
-from drake_starnav.surroundings.region_union import find_cover
+from drake_starnav.surroundings.region_union import find_covering_region
 from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import replace_fields
 
@@ -54,7 +54,8 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         inputs: the latest scan, and where the robot is and shall go.
 
     Raises:
-        StarnavError: the scan differs in its number of beams from those before, or the goal is too far.
+        StarnavError: the scan's region has another number of bearings than those before, or the way to the goal takes
+            too large a grid.
 
     Source: in the place of Algorithm 1 of the paper, lines 9 to 19, and of its section III-C.
     """
@@ -76,7 +77,7 @@ def plan_step(state: PlannerState, inputs: PlannerInput) -> PlannerState:
         state = drop_passed_points(state, check)
     if not len(state.route.path):
         state = replan(state, has_stalled, inputs)
-    return turn_to_unseen(state, inputs) if inputs.has_limited_view else state
+    return turn_to_look(state, inputs) if inputs.has_limited_view else state
 
 
 def can_plan(state: PlannerState, inputs: PlannerInput) -> bool:
@@ -101,9 +102,9 @@ def track_progress(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerSt
     """Return the state with its progress updated, and whether the robot has stalled.
 
     A robot may stand at its goal, without scans, and where it may be giving way. During a manoeuvre its time does not
-    run: `step_manoeuvre` has a patience of its own, and reports `gives_up`.
+    run: `step_manoeuvre` has a patience of its own, and reports `has_given_up`.
     """
-    progress, gives_up = state.progress, state.manoeuvre.gives_up
+    progress, gives_up = state.progress, state.manoeuvre.has_given_up
     has_moved = not distance_to(inputs.position, progress.position) <= find_progress_distance(inputs)
     manoeuvres = len(state.manoeuvre.poses) > 0
     if may_stand(state, inputs) or ((has_moved or manoeuvres) and not gives_up):
@@ -156,7 +157,7 @@ def update_roadmap(
     is_due = (
         has_stalled
         or (is_at_exit(state, inputs) and node_distance >= 0.5 * PASSED_DISTANCE * inputs.robot_radius)
-        or node_is_due(state, current_region, check, is_spaced)
+        or is_node_due(state, current_region, check, is_spaced)
         or (inputs.has_limited_view and sees_exit_after_turn(state, current_region, inputs))
     )
     if not (is_due or is_spaced):
@@ -169,7 +170,7 @@ def update_roadmap(
     return add_latest_node(state, inputs) if is_contradicted or is_due else state
 
 
-def node_is_due(state: PlannerState, region: StarRegion, check: PlanCheck, is_spaced: bool) -> bool:
+def is_node_due(state: PlannerState, region: StarRegion, check: PlanCheck, is_spaced: bool) -> bool:
     """Return whether to add a node with the region of the latest scan, `is_spaced` from the last one added or omitted.
 
     A node is due at the start, every `node_spacing` (with a map from an earlier goal only if enough of the region is
@@ -195,11 +196,11 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
     """
     if not len(state.route.path):
         return state
-    if is_at_exit(state, inputs) and not state.retrying:
+    if is_at_exit(state, inputs) and not state.is_retrying:
         state = discard_path(state)
-    points = find_narrow_gap_hits(state, inputs) if check.is_doubtful or state.retrying else EMPTY_PATH
+    points = find_narrow_gap_hits(state, inputs) if check.is_uncertain or state.is_retrying else EMPTY_PATH
     if check.is_blocked:
-        points = np.vstack((points, inflate_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
+        points = np.vstack((points, bridge_observed_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
     if not len(points):
         return state
     roadmap = replace_fields(state.roadmap, grid=state.roadmap.grid.add_hits(points))
@@ -231,13 +232,13 @@ def replan(state: PlannerState, has_stalled: bool, inputs: PlannerInput) -> Plan
     # the region is smaller than a step of progress, though the lidar sees farther
     is_boxed_in = region.reach < find_progress_distance(inputs) < region.limit.max()
     has_no_plan = state.progress.plan_count == 0
-    is_first_scan = has_no_plan and not has_stalled
-    state, route = find_open_route(state, is_first_scan, is_boxed_in, inputs)
+    is_before_first_plan = has_no_plan and not has_stalled
+    state, route = find_open_route(state, is_before_first_plan, is_boxed_in, inputs)
     if route is not None:
         return start_route(state, route, inputs)
-    if is_first_scan or (is_boxed_in and has_no_plan):
+    if is_before_first_plan or (is_boxed_in and has_no_plan):
         return forget_all(state, inputs)
-    state = replace_fields(state, route=state.route._replace(path=EMPTY_PATH, exit=None))
+    state = replace_fields(state, route=Route())
     return state if is_boxed_in else enter_dead_end(state, inputs)
 
 
@@ -253,13 +254,13 @@ def start_route(state: PlannerState, route: Route, inputs: PlannerInput) -> Plan
 
 def forget_all(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state before the first scan, but for keep-outs and the time without progress."""
-    keep_outs = replace_fields(state.roadmap.closures, failed=EMPTY_PATH)
+    keep_outs = replace_fields(state.roadmap.closures, failed_places=EMPTY_PATH)
     initial = PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, keep_outs)
     progress = initial.progress._replace(position=state.progress.position, time=state.progress.time)
     return replace_fields(initial, progress=progress)
 
 
-def forget_hits(state: PlannerState, inputs: PlannerInput) -> PlannerState:
+def forget_roadmap(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state with an empty roadmap: of the places that are closed only keep-outs are kept."""
     roadmap = forget_all(state, inputs).roadmap
     return replace_fields(state, roadmap=roadmap, progress=state.progress._replace(node_position=UNSET_POSITION))
@@ -272,11 +273,11 @@ def enter_dead_end(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """
     scan = inputs.observation.scan
     if not is_any_near(scan.distances[scan.may_leave], inputs):
-        return give_up(state, find_blocking_zones(state, inputs), inputs)
+        return give_up(state, find_blocking_keep_outs(state, inputs), inputs)
     state = wait_for_obstacle(state, inputs)
     is_waiting = state.status is PlannerStatus.WAITING
     is_moving = is_any_near(scan.distances[scan.may_leave & ~scan.mappable], inputs)
-    return forget_hits(state, inputs) if is_moving and is_waiting else state
+    return forget_roadmap(state, inputs) if is_moving and is_waiting else state
 
 
 def wait_for_obstacle(state: PlannerState, inputs: PlannerInput) -> PlannerState:
@@ -300,7 +301,7 @@ def give_up(state: PlannerState, cause: str, inputs: PlannerInput) -> PlannerSta
 
 
 def find_open_route(
-    state: PlannerState, is_first_scan: bool, is_boxed_in: bool, inputs: PlannerInput
+    state: PlannerState, is_before_first_plan: bool, is_boxed_in: bool, inputs: PlannerInput
 ) -> tuple[PlannerState, Route | None]:
     """Find a route whose exit is open; return the state with what was closed or reopened, and the route, or None.
 
@@ -313,15 +314,19 @@ def find_open_route(
     for _ in range(MOST_CLOSED):
         current_region = state.roadmap.closures.open_part(region)
         route = find_route(state, current_region, inputs)
-        if route is None and not is_first_scan and (reopened_state := reopen_closures(state, inputs)) is not state:
-            return find_open_route(reopened_state, is_first_scan, is_boxed_in, inputs)
+        if (
+            route is None
+            and not is_before_first_plan
+            and (reopened_state := reopen_closures(state, inputs)) is not state
+        ):
+            return find_open_route(reopened_state, is_before_first_plan, is_boxed_in, inputs)
         if route is None or not is_at_unseen_exit(route, current_region, inputs):
             break
         assert route.exit is not None
         viewpoint, probe = route.exit
         if inputs.has_limited_view and not is_facing(inputs, probe):
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
-        if state.retrying or is_boxed_in:
+        if state.is_retrying or is_boxed_in:
             break
         if not is_probe_occluded(state, viewpoint, probe, inputs):
             return state, route._replace(path=probe[None])
@@ -333,4 +338,4 @@ def is_at_unseen_exit(route: Route, current_region: StarRegion, inputs: PlannerI
     """Return whether a route leaves the regions where the robot is, and the latest scan does not show its probe."""
     if route.exit is None or distance_to(route.exit[0], inputs.position) > PASSED_DISTANCE * inputs.robot_radius:
         return False
-    return find_cover(current_region.as_union, *route.exit[1], 0.0) < 0
+    return find_covering_region(current_region.as_union, *route.exit[1], 0.0) < 0

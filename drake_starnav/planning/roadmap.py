@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
+from drake_starnav.planning.closed_places import NOTHING_CLOSED, ClosedPlaces
 from drake_starnav.planning.grid import Coverage, Grid
-from drake_starnav.planning.impassable import inflate_hits
+from drake_starnav.planning.impassable import bridge_observed_hits
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
@@ -43,7 +43,7 @@ class StarRoadmap:
     grid: Grid
     nodes: tuple[Observation, ...] = ()
     union: RegionUnion = field(default_factory=RegionUnion.none)
-    closures: Closures = NOTHING_CLOSED
+    closures: ClosedPlaces = NOTHING_CLOSED
 
     def __len__(self) -> int:
         return len(self.nodes)
@@ -66,7 +66,7 @@ class StarRoadmap:
         parameters: PlannerParameters,
         robot_radius: float,
         swept_radius: float = 0.0,
-        closures: Closures = NOTHING_CLOSED,
+        closures: ClosedPlaces = NOTHING_CLOSED,
     ) -> "StarRoadmap":
         """Return a roadmap before the first scan, of a robot with radii as of `PlannerInput`, m, and with keep-outs."""
         grid = Grid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
@@ -82,7 +82,7 @@ def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_ra
         margins: of the regions.
         robot_radius: m.
     """
-    return append_node(roadmap, node, roadmap.grid.add_hits(inflate_hits(node, margins, robot_radius)))
+    return append_node(roadmap, node, roadmap.grid.add_hits(bridge_observed_hits(node, margins, robot_radius)))
 
 
 def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoadmap:
@@ -137,12 +137,12 @@ def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -
 
 
 def rebuild_grid(
-    grid: Grid, closures: Closures, nodes: Sequence[Observation], margins: Margins, robot_radius: float
+    grid: Grid, closures: ClosedPlaces, nodes: Sequence[Observation], margins: Margins, robot_radius: float
 ) -> Grid:
     """Return a grid with no other hits than keep-outs and those of nodes."""
     grid = grid.without_hits().add_hits(closures.all_keep_outs)
     for node in nodes:
-        grid = grid.add_hits(inflate_hits(node, margins, robot_radius))
+        grid = grid.add_hits(bridge_observed_hits(node, margins, robot_radius))
     return grid
 
 

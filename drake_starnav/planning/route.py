@@ -8,20 +8,20 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning.approach import list_goal_candidates
 from drake_starnav.planning.cost_field import CostField, CostmapParams, compute_cost_to_go
-from drake_starnav.planning.frontiers import find_gaps
+from drake_starnav.planning.frontiers import find_region_frontiers
 from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.state import PlannerInput, PlannerState, Route
 from drake_starnav.planning.string_pulling import pull_string
-from drake_starnav.surroundings.region_union import find_cover, find_first_gap
+from drake_starnav.surroundings.region_union import find_covering_region, find_first_departure
 from drake_starnav.surroundings.star_region import StarRegion
 
 LENGTH_OUTSIDE = 0.8
 """The optimistic path leaves the regions where it stays outside for this length, in radii of the robot."""
-SHIFT = 1.2
+LARGEST_EXIT_SHIFT = 1.2
 """The exit is moved from where the path crosses its gap by at most this, in radii, towards the gap's middle."""
-NEXT_TO = 1.2
+CROSSING_DISTANCE = 1.2
 """The path crosses a gap that is no farther from it, in radii."""
-MARGINS_IN_DOUBT = 3.0
+UNCERTAIN_MARGINS = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
 SEARCH_BORDER = 2.0
 """The optimistic path is searched this far beyond all that is known, in radii: no way is shorter farther out."""
@@ -30,8 +30,8 @@ SEARCH_BORDER = 2.0
 def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerInput) -> Route | None:
     """Return the route along the optimistic path; None if the hits leave no way even if all unknown space were free.
 
-    The goal is the target if a region contains it; for a goal beside a wall, the place nearest to it that a region
-    contains (see `approach`). Else the target is the exit: of all frontiers, the one of least cost to come and to go.
+    It ends at the goal if a region contains that; for a goal beside a wall, at the place nearest to it that a region
+    contains (see `approach`). Else it ends at the exit: of all frontiers, the one of least cost to come and to go.
 
     Args:
         state: with the roadmap.
@@ -49,13 +49,13 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     goal = candidates.places[known_places[0]] if len(known_places) else candidates.goal
     straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
     if len(known_places) and (
-        find_cover(current_region.as_union, *goal, 0.0) >= 0 or find_first_gap(union, *straight) < 0.0
+        find_covering_region(current_region.as_union, *goal, 0.0) >= 0 or find_first_departure(union, *straight) < 0.0
     ):
         return Route(goal[None].copy())
     path = build_cost_field(state, goal, inputs).path(position)
     if not len(path):
         return None
-    sight = current_region.as_union if state.retrying else union
+    sight = current_region.as_union if state.is_retrying else union
     path, last, first = _find_exit(
         path, 0.5 * STRIDE * roadmap.grid.resolution, union, LENGTH_OUTSIDE * inputs.robot_radius
     )
@@ -65,7 +65,7 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
         )
     way, path_beyond = path[: last + 1], path[first:]
     aim = find_frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
-    if aim is not None and find_first_gap(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
+    if aim is not None and find_first_departure(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
         way = np.vstack((way, aim))
     return Route(pull_string(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), path_beyond)
 
@@ -73,21 +73,21 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
 def find_frontier_point(
     state: PlannerState, robot_radius: float, last_inside: np.ndarray, first_outside: np.ndarray
 ) -> np.ndarray | None:
-    """Return the frontier point (2,) of the gap that the path crosses between two places (2,); None without a gap.
+    """Return the frontier point (2,) of the frontier that the path crosses between two places (2,); None without one.
 
-    It lies as far inside the gap as its probe lies outside.
+    It lies as far inside the boundary as its probe lies outside.
     """
-    owner = find_cover(state.roadmap.union, *last_inside, 0.0)
-    gaps = find_gaps(state.roadmap, robot_radius, owner) if owner >= 0 else []
+    owner = find_covering_region(state.roadmap.union, *last_inside, 0.0)
+    frontiers = find_region_frontiers(state.roadmap, robot_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (last_inside + first_outside)
-    gap_distances = [np.hypot(*(gap.line - crossing).T) for gap in gaps]
-    nearest = [float(each.min()) for each in gap_distances]
-    if not gaps or min(nearest) > NEXT_TO * robot_radius:
+    frontier_distances = [np.hypot(*(frontier.boundary - crossing).T) for frontier in frontiers]
+    nearest = [float(each.min()) for each in frontier_distances]
+    if not frontiers or min(nearest) > CROSSING_DISTANCE * robot_radius:
         return None
     k = nearest.index(min(nearest))
-    line, probe, arc_lengths = gaps[k].line, gaps[k].probe, measure_arc_lengths(gaps[k].line)
-    at = arc_lengths[gap_distances[k].argmin()]
-    at += np.clip(0.5 * arc_lengths[-1] - at, -SHIFT * robot_radius, SHIFT * robot_radius)
+    line, probe, arc_lengths = frontiers[k].boundary, frontiers[k].probes, measure_arc_lengths(frontiers[k].boundary)
+    at = arc_lengths[frontier_distances[k].argmin()]
+    at += np.clip(0.5 * arc_lengths[-1] - at, -LARGEST_EXIT_SHIFT * robot_radius, LARGEST_EXIT_SHIFT * robot_radius)
     on, out = (np.array([np.interp(at, arc_lengths, side) for side in points.T]) for points in (line, probe))
     return 2.0 * on - out
 
@@ -97,8 +97,8 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
     roadmap, position = state.roadmap, inputs.position
     places = np.vstack((roadmap.grid.bounds, roadmap.union.bounds, goal, position))
     border = SEARCH_BORDER * inputs.robot_radius
-    closures, doubt = roadmap.closures.failed, compute_clearance_uncertainty(inputs)
-    params = CostmapParams(inputs.robot_radius, closures, doubt, inputs.swept_radius)
+    failed_places, uncertainty = roadmap.closures.failed_places, compute_clearance_uncertainty(inputs)
+    params = CostmapParams(inputs.robot_radius, failed_places, uncertainty, inputs.swept_radius)
     return compute_cost_to_go(
         roadmap.grid, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position
     )
@@ -108,7 +108,7 @@ def compute_clearance_uncertainty(inputs: PlannerInput) -> float:
     """Return by how much a cell's distance from the hits may be too small, m; less for a robot as small as a cell."""
     cell = inputs.parameters.cell(inputs.robot_radius)
     half_diagonal, most_uncertainty = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell
-    return max(min(half_diagonal + MARGINS_IN_DOUBT * inputs.margins.least, most_uncertainty), 0.0)
+    return max(min(half_diagonal + UNCERTAIN_MARGINS * inputs.margins.least, most_uncertainty), 0.0)
 
 
 @kernel
@@ -125,7 +125,7 @@ def _find_exit(path, half_cell, union, outside_length):
             turn = 0.25 * math.pi * (k - 1)
             x = path[i, 0] + (half_cell * math.cos(turn) if k else 0.0)
             y = path[i, 1] + (half_cell * math.sin(turn) if k else 0.0)
-            if find_cover(union, x, y, 0.0) >= 0:
+            if find_covering_region(union, x, y, 0.0) >= 0:
                 path[i, 0], path[i, 1], is_inside = x, y, True
                 break
         if is_inside:

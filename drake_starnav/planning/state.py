@@ -10,8 +10,8 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplify_polyline
-from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
-from drake_starnav.planning.frontiers import find_all_gaps
+from drake_starnav.planning.closed_places import NOTHING_CLOSED, ClosedPlaces
+from drake_starnav.planning.frontiers import find_frontiers
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -44,7 +44,7 @@ class PlannerStatus(Enum):
 
 
 class Route(NamedTuple):
-    """The way to the next target.
+    """The path to the goal, or to the exit.
 
     Attributes:
         path: shape (k, 2), way points ahead, inside the regions, W, m; the first is the short-term goal.
@@ -85,7 +85,7 @@ class Progress(NamedTuple):
         began_with_map: whether the roadmap already had nodes when the goal was set.
         dead_end: the last one on the way to this goal; None: there was none.
         standing_since: since when a robot of limited view has stood, or faced its path, without progress, s.
-        unseen_heading: yaw in W to which a robot of limited view turns on the spot for now, rad; NaN: none.
+        looking_heading: yaw in W to which a robot of limited view turns on the spot for now, rad; NaN: none.
     """
 
     position: np.ndarray = UNSET_POSITION
@@ -95,7 +95,7 @@ class Progress(NamedTuple):
     began_with_map: bool = False
     dead_end: DeadEnd | None = None
     standing_since: float = 0.0
-    unseen_heading: float = math.nan
+    looking_heading: float = math.nan
 
 
 class ManoeuvreContext(NamedTuple):
@@ -126,24 +126,24 @@ class ManoeuvreState(NamedTuple):
             backwards.
         since: when one of them was last reached, s.
         pose: where the robot last moved to, shape (3,).
-        still_since: since when it has been there, s.
-        least_left: how much of its path was left where least was, m.
-        winding: by how much it has turned since then, to the left, rad.
+        standing_since: since when it has been there, s.
+        least_path_left: least length of its path that was left so far, m.
+        turned_angle: by how much it has turned since then, to the left, rad.
         end: x, y of the path's end, W, m, and the robot's heading at the last scan, rad.
         attempts: shape (n, 2), where the last ones began, or were searched in vain, since the way was last given up,
             W, m.
-        gives_up: whether no more is tried on this way.
+        has_given_up: whether no more is tried on this way.
     """
 
     poses: np.ndarray = NO_POSES
     since: float = 0.0
     pose: np.ndarray = np.full(3, np.inf)
-    still_since: float = 0.0
-    least_left: float = math.inf
-    winding: float = 0.0
+    standing_since: float = 0.0
+    least_path_left: float = math.inf
+    turned_angle: float = 0.0
     end: tuple[float, float, float] = (math.inf, math.inf, 0.0)
     attempts: np.ndarray = EMPTY_PATH
-    gives_up: bool = False
+    has_given_up: bool = False
 
 
 @snapshot
@@ -155,7 +155,7 @@ class PlannerState:
         status: its current activity.
         route: which the robot follows; without a path it stops.
         progress: of the drive to the goal.
-        retrying: whether all routes have failed once. From then on only a stall or averaged scans close a route.
+        is_retrying: whether all routes have failed once. From then on only a stall or averaged scans close a route.
         manoeuvre: of a robot that is no disc.
         recent_observations: the latest ones, oldest first.
     """
@@ -164,7 +164,7 @@ class PlannerState:
     status: PlannerStatus = PlannerStatus.WAITING
     route: Route = Route()
     progress: Progress = Progress()
-    retrying: bool = False
+    is_retrying: bool = False
     manoeuvre: ManoeuvreState = ManoeuvreState()
     recent_observations: tuple[Observation, ...] = ()
 
@@ -173,7 +173,7 @@ class PlannerState:
         parameters: PlannerParameters,
         robot_radius: float,
         swept_radius: float = 0.0,
-        closures: Closures = NOTHING_CLOSED,
+        closures: ClosedPlaces = NOTHING_CLOSED,
     ) -> "PlannerState":
         """Return the state before the first scan; arguments as for `StarRoadmap.empty`."""
         return PlannerState(StarRoadmap.empty(parameters, robot_radius, swept_radius, closures))
@@ -184,21 +184,22 @@ class PlannerState:
             position=UNSET_POSITION,
             began_with_map=len(self.roadmap) > 0,
             dead_end=None,
-            unseen_heading=math.nan,
+            looking_heading=math.nan,
         )
         return replace_fields(
             self,
             status=PlannerStatus.WAITING,
-            route=self.route._replace(path=EMPTY_PATH, exit=None),
+            route=Route(),
             progress=progress,
-            retrying=False,
+            is_retrying=False,
+            manoeuvre=ManoeuvreState(),
             recent_observations=(),
         )
 
     def frontiers(self, robot_radius: float) -> np.ndarray:
         """Return the frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
-        gaps = find_all_gaps(self.roadmap, robot_radius)
-        lines = [simplify_polyline(gap.line, STRAIGHT * robot_radius) for gap in gaps]
+        frontiers = find_frontiers(self.roadmap, robot_radius)
+        lines = [simplify_polyline(each.boundary, STRAIGHT * robot_radius) for each in frontiers]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
     @cached_property
@@ -210,9 +211,9 @@ class PlannerState:
         arrives = self.status is PlannerStatus.APPROACHING
         if len(self.manoeuvre.poses):
             return Guidance(path, arrives, regions, self.manoeuvre.poses)
-        if math.isfinite(self.progress.unseen_heading):
+        if math.isfinite(self.progress.looking_heading):
             position = self.recent_observations[-1].pose[:2]
-            return Guidance(path, False, regions, np.array(((*position, self.progress.unseen_heading, 0.0),)))
+            return Guidance(path, False, regions, np.array(((*position, self.progress.looking_heading, 0.0),)))
         return look_ahead(self) or Guidance(path, arrives, regions)
 
 
@@ -242,7 +243,7 @@ class PlannerInput(NamedTuple):
         time: then, s.
         parameters: of the roadmap.
         margins: of its regions.
-        robot_radius: of the robot, or of the narrowest disc that covers a part of it, m.
+        robot_radius: cover radius of the footprint, m.
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
         manoeuvre_context: what the manoeuvres of a robot need that is no disc.

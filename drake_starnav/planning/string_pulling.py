@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import subdivide_polyline
-from drake_starnav.surroundings.region_union import RegionUnion, find_cover, find_first_gap
+from drake_starnav.surroundings.region_union import RegionUnion, find_covering_region, find_first_departure
 
 FORWARD_STEP, BACKWARD_STEP = 0.8, 0.4
 """Spacing of the points that the path may skip to, in the first and in the second pass, in radii of the robot."""
@@ -43,11 +43,11 @@ def _pull_line(line, regions, radius):
 @kernel
 def find_last_in_sight(points, x, y, union, radius):
     """Return the index of the last of some points (n, 2) in sight from (x, y) inside a union, or -1, for a robot."""
-    if find_cover(union, x, y, 0.0) < 0:
+    if find_covering_region(union, x, y, 0.0) < 0:
         return -1
     gap = 0.0  # where the last line left the union: the next one probably does, too
     for j in range(len(points) - 1, -1, -1):
-        gap = find_first_gap(union, (x, y), (points[j, 0], points[j, 1]), gap, radius)
+        gap = find_first_departure(union, (x, y), (points[j, 0], points[j, 1]), gap, radius)
         if gap < 0.0:
             return j
     return -1

@@ -54,7 +54,7 @@ class Clear(NamedTuple):
     def sufficient_star(self) -> StarArrays | None:
         """The star of the fast test: a motion is accepted if the covering discs stay inside; None: there is none."""
         star = self.surroundings.certified_star
-        return star.for_disc if self.footprint.is_disc or star.is_full_circle else None
+        return star.seen_part if self.footprint.is_disc or star.is_full_circle else None
 
     def accepts(self, motion: Motion) -> bool:
         """Return whether the motion keeps clear of all surfaces and of unknown space; before any scan none does."""

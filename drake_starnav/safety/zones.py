@@ -13,8 +13,8 @@ from drake_starnav.parameters import is_number
 from drake_starnav.robot.motion import Motion
 
 
-class _Place:
-    """What has a `polygon`."""
+class _Zone:
+    """A polygon on the floor."""
 
     polygon: Any
 
@@ -25,7 +25,7 @@ class _Place:
 
 
 @dataclass(frozen=True)
-class KeepOut(_Place):
+class KeepOut(_Zone):
     """Accepts motions on which the robot, as the discs that cover its footprint, stays out of a polygon.
 
     A robot that begins nearer may move, but not nearer to the polygon.
@@ -58,7 +58,7 @@ class KeepOut(_Place):
 
 
 @dataclass(frozen=True)
-class SpeedZone(_Place):
+class SpeedZone(_Zone):
     """Accepts motions on which the robot is no faster than a limit while its centre is in a polygon.
 
     A robot that is too fast already brakes.
@@ -86,7 +86,7 @@ class SpeedZone(_Place):
         fast = np.abs(motion.twist[:, 0]) > self.max_speed + 1e-9
         if not fast.any():
             return True
-        fast[1:] |= fast[:-1]  # where it is slow enough, it has just slowed down
+        fast[1:] |= fast[:-1]  # also where it has become slow: the step to it was driven too fast
         return bool((measure_signed_distance(self.corners, motion.position[fast]) > 0.0).all())
 
 

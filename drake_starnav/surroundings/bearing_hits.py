@@ -16,7 +16,7 @@ CONNECTED_CHORD = 0.6
 
 
 @kernel
-def measure_half_gaps(distance, beams):
+def measure_half_chords(distance, beams):
     """Return half the longer chord from each hit to a neighbouring hit of the same surface, shape (n,), m.
 
     A disc of radius sqrt(R^2 + gap^2) about each hit covers every point within R of the chord between
@@ -49,9 +49,10 @@ def measure_half_gaps(distance, beams):
 
 @kernel
 def convert_beams_to_bearings(beam_distance, beam_gap, beams, samples):
-    """Return the nearest hit in each sample of a bearing grid, of distances and half gaps along some `Beams`.
+    """Return the nearest hit in each sample of a bearing grid, of distances and half chords along some `Beams`.
 
-    Sample 0 is at the first beam. Moving obstacles are left out.
+    Sample 0 is at the first beam. Hits on moving obstacles are skipped; a lost beam counts as a hit at
+    its bound.
 
     Returns:
         Its distance, m, infinity without a hit; half the chord to the neighbouring hit on the same surface, m; and the
@@ -78,7 +79,9 @@ def convert_beams_to_bearings(beam_distance, beam_gap, beams, samples):
 
 @kernel
 def convert_points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samples):
-    """Return the same of points (n, 2) in W, seen from (cx, cy), and half gaps (n,), m, from `bearing_0` on.
+    """Return the nearest of points (n, 2) in W with half chords (n,), m, in each sample, seen from (cx, cy).
+
+    The samples begin at `bearing_0`; distances, half chords and offsets are as of `convert_beams_to_bearings`.
 
     Points farther than `reach` (m) are left out.
     """

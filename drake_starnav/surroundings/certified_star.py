@@ -12,7 +12,7 @@ from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import HIT, LOST, LaserScan, place_ends
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD, convert_points_to_bearings
-from drake_starnav.surroundings.erosion import DiscInView, erode, within_sight
+from drake_starnav.surroundings.erosion import DiscInView, erode, limit_by_moving_obstacles
 from drake_starnav.surroundings.recent_hits import Hits
 from drake_starnav.surroundings.region_union import RegionUnion
 from drake_starnav.surroundings.view import NEAREST
@@ -77,8 +77,9 @@ class CertifiedStar:
         return RegionUnion.of_star(self.center, self.bearing_0, self.values, NO_SLOPES)
 
     @cached_property
-    def for_disc(self) -> StarArrays:
-        """The part in which a disc needs no other view."""
+    def seen_part(self) -> StarArrays:
+        """The star for the fast test; without a full circle it is 0 within a quarter turn of the field of view's
+        ends."""
         (first, last), values = self.field_of_view, self.values
         if not self.is_full_circle:
             bearing = TURN / len(values) * np.arange(len(values))
@@ -115,7 +116,7 @@ def certify_star(
     """
     x, y, yaw = robot_pose.tolist()
     disc, bearing_0 = DiscInView.of(image, radius, reach=reach), yaw + image.angle_min
-    values, points, gaps = _certify_star(disc, hits.points, hits.half_gaps, (x, y), yaw, bearing_0, reach)
+    values, points, gaps = _certify_star(disc, hits.points, hits.half_chords, (x, y), yaw, bearing_0, reach)
     return CertifiedStar(np.array((x, y)), bearing_0, values, radius, field_of_view, Hits(points, gaps))
 
 
@@ -132,5 +133,5 @@ def _certify_star(disc, points, gaps, center, yaw, bearing_0, reach):
     cosines, sines_squared = disc.tables
     hit_range = reach + radius + CONNECTED_CHORD * beams.cover_radius  # farther hits restrict nothing
     nearest, gap, offset = convert_points_to_bearings(points, gaps, x, y, bearing_0, hit_range, len(cosines))
-    limit = within_sight(disc.limit, beams, radius)
+    limit = limit_by_moving_obstacles(disc.limit, beams, radius)
     return erode(nearest, gap, offset, radius, limit, cosines, sines_squared), points, gaps

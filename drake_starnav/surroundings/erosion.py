@@ -12,7 +12,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import find_largest, kernel
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LOST, MOVING, Beams, LaserScan
-from drake_starnav.surroundings.bearing_hits import convert_beams_to_bearings, measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import convert_beams_to_bearings, measure_half_chords
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.passages import MARGIN_STEPS, PASSAGE_DEPTH, SHUT, add_passages
 from drake_starnav.surroundings.piecewise_cubic import JUMP
@@ -147,9 +147,9 @@ def compute_disc_range(distance, disc):
             if beams.kinds[i] & LOST:
                 limit[i] = min(limit[i], max(distance[i] - inflated_radius, 0.0))
                 distance[i] = beams.range_max
-    gap = measure_half_gaps(distance, beams)
+    gap = measure_half_chords(distance, beams)
     hits = convert_beams_to_bearings(distance, gap, beams, samples)
-    sight = within_sight(limit, beams, inflated_radius)
+    sight = limit_by_moving_obstacles(limit, beams, inflated_radius)
     free = erode(hits[0], hits[1], hits[2], inflated_radius, sight, cosine, squares)
     # First test whether the least margin opens any passage at all; it rarely does.
     look = np.zeros(samples)
@@ -201,7 +201,7 @@ def average_neighbours(beams, half_width, slack):
 
 
 @kernel
-def within_sight(limit, beams, radius):
+def limit_by_moving_obstacles(limit, beams, radius):
     """Return a free limit (M,), m, reduced where a moving obstacle occludes space, by some `Beams`.
 
     It occludes from the beam before to the beam after each that hit it. Such hits are not eroded: the obstacle will

@@ -35,7 +35,8 @@ class Margins:
 
     Attributes:
         safety: clearance that the certificate keeps beyond the robot's radius, m.
-        preferred: clearance that the planner keeps beyond it where there is room, m.
+        preferred: clearance that the planner keeps beyond the robot's radius where there is room, m; the safety margin
+            is part of it.
         least: clearance that the planner keeps in passages that `preferred` would close, m; from `preferred` on none is
             entered.
         safety_range: extent of the certified star, m.

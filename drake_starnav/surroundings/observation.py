@@ -21,14 +21,14 @@ class Observation:
         region: star-shaped region of the scan, W; None before the first scan.
         scan: polar image of all lidars about the robot's axis, in B.
         pose: (x, y, yaw) of B in W when the scan was taken.
-        remembered_hits: of earlier scans near the robot where this one did not look, shape (k, 2), W, m; they bound the
+        past_hits: of earlier scans near the robot where this one did not look, shape (k, 2), W, m; they bound the
             region, too.
     """
 
     region: StarRegion | None
     scan: LaserScan
     pose: np.ndarray
-    remembered_hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    past_hits: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @staticmethod
     def none() -> "Observation":
@@ -44,16 +44,14 @@ class Observation:
         """Return the same observation with the region of a robot of another radius (m) or with other margins."""
         samples = 0 if self.region is None else len(self.region.free_range)
         region = make_scan_region(self.scan, self.pose, radius, margins, samples)
-        return Observation(region, self.scan, self.pose).bounded_by(self.remembered_hits, radius)
+        return Observation(region, self.scan, self.pose).cut_back_to_hits(self.past_hits, radius)
 
-    def bounded_by(self, remembered_hits: np.ndarray, radius: float) -> "Observation":
+    def cut_back_to_hits(self, past_hits: np.ndarray, radius: float) -> "Observation":
         """Return the observation with its region cut back to remembered hits (k, 2), W, for a robot's radius, m."""
-        region = None if self.region is None else clear_region(self.region, remembered_hits, radius)
-        return dataclasses.replace(self, region=region, remembered_hits=remembered_hits)
+        region = None if self.region is None else clear_region(self.region, past_hits, radius)
+        return dataclasses.replace(self, region=region, past_hits=past_hits)
 
     def transformed(self, frame: np.ndarray) -> "Observation":
         """Return the observation in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
         region = None if self.region is None else self.region.transformed(frame)
-        return Observation(
-            region, self.scan, compose_poses(frame, self.pose), transform_points(frame, self.remembered_hits)
-        )
+        return Observation(region, self.scan, compose_poses(frame, self.pose), transform_points(frame, self.past_hits))

@@ -15,18 +15,18 @@ from drake_starnav.surroundings.surroundings import Surroundings
 SHORTEST_WAY = 0.2
 """Nothing that stands obstructs a robot that is certified to drive farther than this, in its cover radii."""
 AVOIDED_WITHIN = 6.0
-"""What moves obstructs it within this distance, and it may be giving way."""
+"""A moving obstacle nearer than this obstructs the robot, in cover radii; the robot may be giving way to it."""
 
 
 def describe_obstruction(
-    surroundings: Surroundings, scan: LaserScan, towards: float, shape: Footprint, pose: np.ndarray
+    surroundings: Surroundings, scan: LaserScan, path_bearing: float, shape: Footprint, pose: np.ndarray
 ) -> str:
     """Return in words what keeps a robot from driving towards a bearing: where it is blind, what is too near; or "".
 
     Args:
         surroundings: of the robot; nothing may be known yet.
-        scan: the last one, in S.
-        towards: bearing in S, rad.
+        scan: polar image of the last scans, in B.
+        path_bearing: of the path in B, rad.
         shape: of the robot.
         pose: of the robot: x, y, yaw, W.
     """
@@ -37,25 +37,27 @@ def describe_obstruction(
         nearest_text = _describe_hit_beside(star, scan, shape, pose)
         if nearest_text:
             return nearest_text
-    turn_angle = (towards - scan.angle_min) % TURN
+    turn_angle = (path_bearing - scan.angle_min) % TURN
     sample = int(turn_angle * len(star.values) / TURN) % len(star.values)
     if min(star.values[sample], star.values[(sample + 1) % len(star.values)]) > SHORTEST_WAY * cover_radius:
-        return _describe_mover(scan, cover_radius)
+        return _describe_moving_obstacle(scan, cover_radius)
     first, last = find_field_of_view(scan)
     if not first <= turn_angle <= last:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
-            f"degrees; the way leads towards {math.degrees(math.remainder(towards, TURN)):.0f} degrees"
+            f"degrees; the way leads towards {math.degrees(math.remainder(path_bearing, TURN)):.0f} degrees"
         )
     hit = _find_hit_ahead(star, turn_angle, cover_radius)
-    return _describe_mover(scan, cover_radius) if hit < 0 else _describe_hit_ahead(star, hit, scan, cover_radius)
+    return (
+        _describe_moving_obstacle(scan, cover_radius) if hit < 0 else _describe_hit_ahead(star, hit, scan, cover_radius)
+    )
 
 
 def _find_hit_ahead(star: CertifiedStar, turn_angle: float, cover_radius: float) -> int:
     """Return which hit on the star's boundary ends the way at an angle from its first bearing, rad; -1: none does."""
     distance, bearing = _find_polar(star, star.boundary.points)
     bearing_offset = np.mod(bearing - turn_angle + math.pi, TURN) - math.pi
-    kept_distance = np.hypot(star.radius, star.boundary.half_gaps)
+    kept_distance = np.hypot(star.radius, star.boundary.half_chords)
     across = distance * np.abs(np.sin(bearing_offset))
     is_ahead = (across < kept_distance) & (np.abs(bearing_offset) < 0.5 * math.pi)
     way = distance * np.cos(bearing_offset) - np.sqrt(np.maximum(kept_distance**2 - across**2, 0.0))
@@ -77,7 +79,7 @@ def _describe_hit_ahead(star: CertifiedStar, hit: int, scan: LaserScan, cover_ra
     if scan.lost[beam]:
         return f"blind: {int(scan.lost.sum())} of {len(scan.lost)} beams are lost, also {where}"
     beam_text = "" if scan.merged else f" of beam {beam}"
-    is_measured, kept_distance = distance >= scan.range_min, math.hypot(star.radius, star.boundary.half_gaps[hit])
+    is_measured, kept_distance = distance >= scan.range_min, math.hypot(star.radius, star.boundary.half_chords[hit])
     distance_text = f"at {distance:.3f} m" if is_measured else f"nearer than lidar.range_min {scan.range_min:g} m"
     return (
         f"too near: a hit{beam_text} {distance_text}, {where}; robot.radius {cover_radius:g} m with a safety margin of "
@@ -105,7 +107,7 @@ def _describe_hit_beside(star: CertifiedStar, scan: LaserScan, shape: Footprint,
     )
 
 
-def _describe_mover(scan: LaserScan, robot_radius: float) -> str:
+def _describe_moving_obstacle(scan: LaserScan, robot_radius: float) -> str:
     """Return where the nearest obstacle that moves is, if any is near."""
     if not (scan.distances[scan.moving] <= AVOIDED_WITHIN * robot_radius).any():
         return ""

@@ -15,21 +15,23 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount, find_newest
 from drake_starnav.lidar.outlier_filter import ScanFilter, remove_lone_close_hits
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.polar_image import PlacedBeams, find_remembered_hits, make_polar_image
+from drake_starnav.surroundings.polar_image import PlacedBeams, find_past_hits, make_polar_image
 from drake_starnav.surroundings.star_region import StarRegion, make_scan_region
-from drake_starnav.surroundings.surroundings import Surroundings, find_earlier_views, is_on_axis, observe
+from drake_starnav.surroundings.surroundings import Surroundings, find_past_beams, has_lone_axis_lidar, observe
 from drake_starnav.surroundings.view import RangeSmoothing, View, ViewParams, carry_view, make_view
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 from drake_starnav.utils.timing import EARLY
 
-FRONT_VIEW, WIDE_VIEW = math.pi, math.radians(260.0)
+FRONT_SPAN, WIDE_SPAN = math.pi, math.radians(260.0)
 """Smallest views of all lidars with the certificate, rad; the wide one among moving obstacles, where the robot may
 reverse."""
 FEWEST_BEAMS = 36
 """Beams that a lidar needs per turn: with fewer, hits on one wall are not recognised as connected."""
 
 
-def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint, *, backwards: bool) -> None:
+def check_fields_of_view(
+    scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: Footprint, *, backwards: bool
+) -> None:
     """Raise a `StarnavError` if lidars observe too little for a certificate.
 
     Args:
@@ -50,7 +52,7 @@ def check_views(scans: Sequence[LaserScan], mounts: Sequence[Mount], footprint: 
                 f"a lidar is mounted {mount.offset:g} m from the robot's axis; allowed: up to {footprint.radius:g} m, "
                 "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
             )
-    wanted_view = 0.5 * (WIDE_VIEW if backwards else FRONT_VIEW) - ROUNDING
+    wanted_view = 0.5 * (WIDE_SPAN if backwards else FRONT_SPAN) - ROUNDING
     for bearing in np.linspace(-wanted_view, wanted_view, FEWEST_BEAMS):
         if not any(each.full_circle or (bearing - each.angle_min) % TURN <= each.span for each in views):
             views_text = ", ".join(
@@ -131,9 +133,9 @@ def perceive(
     views = carry_fresh_views(latest_views, robot_pose, find_newest(scans))
     if len(views) < len(settings.mounts):  # a lidar has sent no scan yet, or none for a while
         return replace_fields(state, latest_views=latest_views)
-    earlier_views = find_earlier_views(state.surroundings, views, robot_pose, settings.footprint)
-    surroundings = observe(state.surroundings, views, earlier_views, settings.footprint, settings.margins)
-    observation = make_observation(surroundings, views, earlier_views or (), state.observation.region, settings)
+    past_beams = find_past_beams(state.surroundings, views, robot_pose, settings.footprint)
+    surroundings = observe(state.surroundings, views, past_beams, settings.footprint, settings.margins)
+    observation = make_observation(surroundings, views, past_beams or (), state.observation.region, settings)
     return PerceptionState(observation, surroundings, latest_views)
 
 
@@ -169,7 +171,7 @@ def carry_fresh_views(latest_views: tuple[View | None, ...], robot_pose: np.ndar
 def make_observation(
     surroundings: Surroundings,
     views: Sequence[View],
-    earlier_views: Sequence[PlacedBeams],
+    past_beams: Sequence[PlacedBeams],
     previous_region: StarRegion | None,
     settings: PerceptionSettings,
 ) -> Observation:
@@ -178,19 +180,19 @@ def make_observation(
     Args:
         surroundings: with the views.
         views: of all lidars.
-        earlier_views: beams of views before, see `find_earlier_views`; none where lidars see all around.
+        past_beams: beams of views before, see `find_past_beams`; none where lidars see all around.
         previous_region: of the observation before; the new one has as many samples, though beams may vary.
         settings: of robot and sensors.
     """
     margins, footprint, robot_pose = settings.margins, settings.footprint, surroundings.robot_pose
     radius, image = footprint.cover_radius, surroundings.image
     if any(view.confirmed_scan is not view.scan for view in views):
-        image = make_polar_image(views, footprint, earlier_views, confirmed=True)
+        image = make_polar_image(views, footprint, past_beams, confirmed=True)
     samples = 0 if previous_region is None else len(previous_region.free_range)
     region = make_scan_region(image, robot_pose, radius, margins, samples)
     observation = Observation(region, image, robot_pose)
-    if not earlier_views or not is_on_axis(views):
+    if not past_beams or not has_lone_axis_lidar(views):
         return observation
-    hits = find_remembered_hits(views, earlier_views).points
+    hits = find_past_hits(views, past_beams).points
     near_hits = hits[np.hypot(*hits.T) < margins.hit_range(radius)]
-    return observation.bounded_by(transform_points(robot_pose, near_hits), radius)
+    return observation.cut_back_to_hits(transform_points(robot_pose, near_hits), radius)

@@ -19,7 +19,18 @@ from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import compute_third_side
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.lidar.field_of_view import TURN, FieldOfView
-from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, MAY_LEAVE, MOVING, Beams, LaserScan
+from drake_starnav.lidar.laser_scan import (
+    DYNAMIC,
+    HIT,
+    MAPPABLE,
+    MAY_LEAVE,
+    MOVING,
+    STANDING,
+    STATIC,
+    UNKNOWN,
+    Beams,
+    LaserScan,
+)
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.chords import ROUNDING
@@ -30,17 +41,19 @@ from drake_starnav.surroundings.view import UNSMOOTHED, View, make_hits, smooth_
 CROSSINGS = 64
 """Edges of views that a ray is followed across; along a rough wall it may cross more, and ends at the last of these."""
 BODY_SLACK = 0.001
-"""Views may begin this far outside the robot, m: within the margin that is kept from everything, numerics."""
+"""A ray may cross unknown space up to this far outside the footprint, m: within the margin, numerics."""
 PARALLEL = 1e-9
 """Sine of the angle up to which an edge counts as lying on a ray."""
-SURFACE, STANDER, DOUBTED_HIT, MOVER, OPEN, FREE = range(6)
-"""Where a ray ends: at what is STATIC, STANDING, UNKNOWN or DYNAMIC, by these numbers, at unknown space, at its end."""
+OPEN, FREE = 4, 5
+"""Where a ray ends, beside the motions of what it hits (`lidar.laser_scan`): at unknown space, and at full range."""
+MOST_LIDARS = 6
+"""Lidars of a robot: each view of an image has a bit of 63, at most ten views a lidar and one of the initial disc."""
 PlacedBeams = tuple[Beams, np.ndarray]
 """Beams of a view, and its pose (x, y, yaw) in the robot's frame B."""
 
 
 def make_polar_image(
-    views: Sequence[View], footprint: Footprint, earlier: Sequence[PlacedBeams] = (), *, confirmed: bool = False
+    views: Sequence[View], footprint: Footprint, past_beams: Sequence[PlacedBeams] = (), *, confirmed: bool = False
 ) -> LaserScan:
     """Return one scan about the robot's axis: the nearest hit, or where unknown space begins, on each bearing.
 
@@ -49,7 +62,7 @@ def make_polar_image(
     Args:
         views: of all lidars, from one robot pose.
         footprint: of the robot: what is inside it is the robot itself.
-        earlier: what was seen before, beams and their pose (x, y, yaw) in B.
+        past_beams: what was seen before, beams and their poses (x, y, yaw) in B.
         confirmed: whether it is made of the confirmed scans, for the roadmap.
     """
     scans = [view.confirmed_scan if confirmed else view.scan for view in views]
@@ -57,48 +70,50 @@ def make_polar_image(
     if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
     outer_range = _own_reach(footprint) + BODY_SLACK
-    distance, kind, farthest_range = _follow_rays(scans, mounts, outer_range, earlier)
+    distance, kind, farthest_range = _follow_rays(scans, mounts, outer_range, past_beams)
     for scan, mount in zip(scans, mounts, strict=True):
-        kinds = np.where(scan.mappable, np.where(scan.may_leave, STANDER, SURFACE), DOUBTED_HIT)
+        kinds = np.where(scan.mappable, np.where(scan.may_leave, STANDING, STATIC), UNKNOWN)
         _add_thin_obstacles(distance, kind, smooth_hits(scan, mount), kinds[scan.hits])
-    if earlier:
-        remembered_hits = find_remembered_hits(views, earlier)
-        _add_thin_obstacles(distance, kind, remembered_hits, np.full(len(remembered_hits.points), SURFACE))
-    ranges = np.where(kind <= DOUBTED_HIT, distance, np.where(kind == FREE, math.inf, math.nan))
+    if past_beams:
+        past_hits = find_past_hits(views, past_beams)
+        _add_thin_obstacles(distance, kind, past_hits, np.full(len(past_hits.points), STATIC))
+    ranges = np.where(kind <= UNKNOWN, distance, np.where(kind == FREE, math.inf, math.nan))
     has_motion = any(scan.motion is not None for scan in scans)
-    motion = np.where(kind <= MOVER, kind, SURFACE) if has_motion else None
+    motion = np.where(kind <= DYNAMIC, kind, STATIC) if has_motion else None
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, farthest_range, ranges, lost_beams=True, free=distance,
         scan_time=scans[0].scan_time, cover_radius=scans[0].cover_radius, motion=motion,
     )  # fmt: skip
 
 
-def find_remembered_hits(views: Sequence[View], earlier: Sequence[PlacedBeams]) -> Hits:
-    """Return hits of earlier views, not on moving obstacles, in B, where no lidar looks now.
+def find_past_hits(views: Sequence[View], past_beams: Sequence[PlacedBeams]) -> Hits:
+    """Return hits of past beams, not on moving obstacles, in B, where no lidar looks now.
 
-    The arguments are those of `make_polar_image`; there is at least one earlier view.
+    The arguments are those of `make_polar_image`; there is at least one past view.
     """
-    hits = [make_hits(beams, UNSMOOTHED, 0.0, 0.0) for beams, _ in earlier]
-    is_kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in earlier])
+    hits = [make_hits(beams, UNSMOOTHED, 0.0, 0.0) for beams, _ in past_beams]
+    is_kept = np.concatenate([beams.kinds[beams.kinds & HIT != 0] & MAPPABLE != 0 for beams, _ in past_beams])
     points = np.vstack(
-        [transform_points(pose, end_points) for (_, pose), (end_points, _) in zip(earlier, hits, strict=True)]
+        [transform_points(pose, end_points) for (_, pose), (end_points, _) in zip(past_beams, hits, strict=True)]
     )
     for view in views:
         is_kept &= ~looks_at(view.scan.field_of_view, view.mount, points)
     return Hits(points[is_kept], np.concatenate([gaps for _, gaps in hits])[is_kept])
 
 
-def looks_at(view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:
-    """Return whether a lidar looks into the directions of points (n, 2) in B, shape (n,); its view as in `View`."""
+def looks_at(field_of_view: FieldOfView, mount: Mount, points: np.ndarray) -> np.ndarray:
+    """Return whether a lidar looks into the directions of points (n, 2) in B, shape (n,)."""
     bearing = np.arctan2(points[:, 1] - mount.y, points[:, 0] - mount.x)
-    return np.mod(bearing - view.angle_min, TURN) <= (TURN if view.full_circle else view.span)
+    return np.mod(bearing - field_of_view.angle_min, TURN) <= (
+        TURN if field_of_view.full_circle else field_of_view.span
+    )
 
 
 def _follow_rays(
     scans: Sequence[LaserScan],
     mounts: Sequence[Mount],
     outer_range: np.ndarray,
-    earlier: Sequence[PlacedBeams] = (),
+    past_beams: Sequence[PlacedBeams] = (),
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return how far each ray is free, shape (BEARINGS,), m, and where it ends; and how far any ray is followed, m.
 
@@ -113,10 +128,11 @@ def _follow_rays(
     )
     farthest_range, bit = 0.0, 1
     for scan, mount in zip(scans, mounts, strict=True):
-        _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), (HIT, math.inf), bit)
-        farthest_range, bit = max(farthest_range, view_range(scan, mount)), bit << 1
-    for beams, (x, y, yaw) in earlier:
-        _cross_view(crossings, beams, (x, y, math.cos(yaw), math.sin(yaw)), (HIT | MAPPABLE, beams.certain_range), bit)
+        _cross_view(crossings, scan.beams, (mount.x, mount.y, 1.0, 0.0), HIT, math.inf, bit)
+        farthest_range, bit = max(farthest_range, find_view_range(scan, mount)), bit << 1
+    for beams, (x, y, yaw) in past_beams:
+        frame = x, y, math.cos(yaw), math.sin(yaw)
+        _cross_view(crossings, beams, frame, HIT | MAPPABLE, beams.certain_range, bit)
         bit <<= 1
     return *_walk_rays(crossings, outer_range, farthest_range, (1 << len(scans)) - 1), farthest_range
 
@@ -133,17 +149,17 @@ def covers_full_circle(views: Sequence[View], footprint: Footprint) -> bool:
 def _covers_full_circle(
     views: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], body: Footprint
 ) -> bool:
-    """Return `covers_full_circle` by each lidar's first bearing, step, number of beams and range."""
+    """Return whether blank scans of these first bearings, steps, numbers of beams and ranges see all around."""
     blank = [
         LaserScan(0.0, first, step, 0.0, farthest_range, np.full(beams, math.inf))
         for first, step, beams, farthest_range in views
     ]
     distance, kind, _ = _follow_rays(blank, mounts, _own_reach(body) + BODY_SLACK)
-    least = min(map(view_range, blank, mounts))
+    least = min(map(find_view_range, blank, mounts))
     return not ((kind == OPEN) & (distance < least)).any()
 
 
-def view_range(scan: LaserScan, mount: Mount) -> float:
+def find_view_range(scan: LaserScan, mount: Mount) -> float:
     """Return the distance from the robot's axis up to which a view without hits reaches, between beams as well, m."""
     return scan.range_max * math.cos(0.5 * scan.field_of_view.widest_gap) - mount.offset - ROUNDING
 
@@ -172,31 +188,31 @@ class _Crossings(NamedTuple):
     Attributes:
         distance: shape (BEARINGS, CROSSINGS), m.
         view: bit of the lidar whose view the edge bounds, of that shape.
-        kind: SURFACE, STANDER, DOUBTED_HIT, MOVER or OPEN, of that shape.
+        kind: STATIC, STANDING, UNKNOWN, DYNAMIC or OPEN, of that shape.
         number: of all crossings of each ray, shape (BEARINGS,), also of those that are too far away to be kept.
-        inside: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd number of
-            times.
+        start_views: bits of the views in which each ray begins, of that shape: those whose edges it crosses an odd
+            number of times.
     """
 
     distance: np.ndarray
     view: np.ndarray
     kind: np.ndarray
     number: np.ndarray
-    inside: np.ndarray
+    start_views: np.ndarray
 
 
 @kernel
-def _cross_view(crossings, beams, place, sees_place, bit):
-    """Add the edges of the view of one lidar to the crossings; `place` is x, y, and cosine and sine of its yaw.
+def _cross_view(crossings, beams, frame, hit_bits, sight, bit):
+    """Add the edges of the view of one lidar to the crossings; `frame` is x, y, cosine and sine of its yaw.
 
-    `sees_place` are bits of all beams that hit a surface, and how far it sees, m.
+    `hit_bits` are bits of all beams that hit a surface, `sight` is how far it sees, m.
 
     Between two connected hits the edge is their chord. Between other beams the view ends at the nearer one, and the
     edge of a shadow lies on the farther one.
     """
-    (solid, sight), distance, directions = sees_place, beams.distances, beams.directions
-    hits = (beams.kinds & solid == solid) & (distance <= sight)
-    x, y, place_yaw, place_y = place
+    distance, directions = beams.distances, beams.directions
+    hits = (beams.kinds & hit_bits == hit_bits) & (distance <= sight)
+    x, y, cosine_yaw, sine_yaw = frame
     n, full, cosine = len(distance), beams.seam < np.inf, math.cos(beams.increment)
     seam = math.cos(beams.seam) if full else cosine
     cells, connected_chord = n if full else n - 1, CONNECTED_CHORD * beams.cover_radius
@@ -206,23 +222,24 @@ def _cross_view(crossings, beams, place, sees_place, bit):
         a, b = distance[i], distance[j]
         if hits[i] and hits[j] and compute_third_side(a, b, seam if j == 0 else cosine) < connected_chord:
             both = beams.kinds[i] & beams.kinds[j]
-            kinds[2 * i] = DOUBTED_HIT if not both & MAPPABLE else STANDER if both & MAY_LEAVE else SURFACE
+            kinds[2 * i] = UNKNOWN if not both & MAPPABLE else STANDING if both & MAY_LEAVE else STATIC
         else:
-            kinds[2 * i] = MOVER if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
+            kinds[2 * i] = DYNAMIC if (beams.kinds[i] if a < b else beams.kinds[j]) & MOVING else OPEN
             a = b = min(a, b, sight)
         for k, d, m in ((2 * i, a, i), (2 * i + 1, b, j)):
-            vertices[k, 0] = x + d * (place_yaw * directions[m, 0] - place_y * directions[m, 1])
-            vertices[k, 1] = y + d * (place_y * directions[m, 0] + place_yaw * directions[m, 1])
+            vertices[k, 0] = x + d * (cosine_yaw * directions[m, 0] - sine_yaw * directions[m, 1])
+            vertices[k, 1] = y + d * (sine_yaw * directions[m, 0] + cosine_yaw * directions[m, 1])
     vertices[2 * cells, 0], vertices[2 * cells, 1] = (vertices[0, 0], vertices[0, 1]) if full else (x, y)
     last = len(vertices) - 1
-    ax, ay, place = 0.0, 0.0, -1.0  # and its bearing as a real number of rays; -1 on the axis, where all rays begin
+    ax = ay = 0.0
+    start_cell = -1.0  # its bearing as a real number of rays; -1 on the axis, where all rays begin
     for k in range(-1, last + 1):  # the edge that leads to each vertex
         bx, by, bearing_cell = vertices[k, 0], vertices[k, 1], -1.0
         if bx * bx + by * by > 1e-18:
             bearing_cell = (math.atan2(by, bx) + math.pi) * (BEARINGS / TURN)
-        if place >= 0.0 and bearing_cell >= 0.0:
-            _cross_edge(crossings, (ax, ay, place), (bx, by, bearing_cell), kinds[k - 1], bit)
-        ax, ay, place = bx, by, bearing_cell
+        if start_cell >= 0.0 and bearing_cell >= 0.0:
+            _cross_edge(crossings, (ax, ay, start_cell), (bx, by, bearing_cell), kinds[k - 1], bit)
+        ax, ay, start_cell = bx, by, bearing_cell
 
 
 @kernel
@@ -255,28 +272,29 @@ def _cross_edge(crossings, start, end, kind, bit):
 
 
 @kernel
-def _walk_rays(crossings, body, farthest_range, current_views):
-    """Return how far each ray is free, m, up to `farthest_range`, and where it ends; within `body` (m) without views.
+def _walk_rays(crossings, own_reach, farthest_range, current_views):
+    """Return how far each ray is free, m, up to `farthest_range`, and where it ends.
 
-    `current_views` are their bits. A surface in an earlier view counts where no later one sees through it.
+    Within `own_reach` (m) it needs no view; `current_views` are bits. A surface in a past view counts where no later
+    one sees through it.
     """
     distance, view, kinds, count, begin = crossings
     free, end = np.full(len(count), farthest_range), np.full(len(count), FREE, np.int8)
     for k in range(len(count)):
-        is_inside, reached_range = begin[k], body[k]
+        is_inside, reached_range = begin[k], own_reach[k]
         for i in range(min(count[k], CROSSINGS)):
             t = distance[k, i]
-            if is_inside == 0 and t > body[k]:
+            if is_inside == 0 and t > own_reach[k]:
                 break
             if t >= farthest_range:
                 reached_range = farthest_range
                 break
-            if kinds[k, i] <= DOUBTED_HIT and (view[k, i] <= current_views or is_inside & (view[k, i] - 1) == 0):
+            if kinds[k, i] <= UNKNOWN and (view[k, i] <= current_views or is_inside & (view[k, i] - 1) == 0):
                 reached_range, end[k] = t, kinds[k, i]
                 break
             is_inside ^= view[k, i]
-            if t >= body[k] and (is_inside == 0 or i == CROSSINGS - 1):
-                reached_range, end[k] = t, MOVER if kinds[k, i] == MOVER else OPEN
+            if t >= own_reach[k] and (is_inside == 0 or i == CROSSINGS - 1):
+                reached_range, end[k] = t, DYNAMIC if kinds[k, i] == DYNAMIC else OPEN
                 break
         free[k] = reached_range
         if reached_range < farthest_range and end[k] == FREE:
@@ -286,9 +304,9 @@ def _walk_rays(crossings, body, farthest_range, current_views):
 
 def _add_thin_obstacles(distance: np.ndarray, end: np.ndarray, hits: Hits, kinds: np.ndarray) -> None:
     """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
-    points, half_gaps = hits
+    points, half_chords = hits
     thin_range, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
-    thin = 2.0 * half_gaps <= thin_range * (TURN / BEARINGS)
+    thin = 2.0 * half_chords <= thin_range * (TURN / BEARINGS)
     thin_range, ray = thin_range[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
     order = np.argsort(-thin_range)
     order = order[thin_range[order] < distance[ray[order]]]  # of several on one ray the nearest is written last

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.utils.snapshot import snapshot
 
 RECENT_SCANS = 5
@@ -16,11 +17,11 @@ class Hits(NamedTuple):
 
     Attributes:
         points: shape (n, 2), m.
-        half_gaps: half the chord from each point to its neighbour on the same surface, shape (n,), m.
+        half_chords: half the chord from each point to its neighbour on the same surface, shape (n,), m.
     """
 
     points: np.ndarray = NO_POINTS
-    half_gaps: np.ndarray = np.zeros(0)
+    half_chords: np.ndarray = np.zeros(0)
 
 
 @snapshot
@@ -34,6 +35,10 @@ class RecentHits:
 
     hits: Hits = Hits()
     counts: tuple[int, ...] = ()
+
+    def transformed(self, frame: np.ndarray) -> "RecentHits":
+        """Return the hits in another frame, in which the origin of this one is at the pose `frame` (x, y, yaw)."""
+        return RecentHits(self.hits._replace(points=transform_points(frame, self.hits.points)), self.counts)
 
     def forget_oldest(self) -> "RecentHits":
         """Return the hits without those of the oldest scans, so that there is room for one more scan."""

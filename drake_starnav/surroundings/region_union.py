@@ -14,7 +14,7 @@ ROUGH = 0.01
 """The error of a rough bearing is less than this, in samples."""
 LEAP = 16
 """Samples of a line that are first tried at once."""
-GAP_SAMPLES = 10
+OUTSIDE_SAMPLES = 10
 """Length of a gap between regions that is looked at, in samples."""
 CELL = 0.4
 """Size of a cell of the index, m: numerics, as it only decides how soon an answer is found."""
@@ -81,7 +81,7 @@ class RegionUnion(NamedTuple):
 
     def covers(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Return the index of a region that contains each point, as for `contains`, or -1; shape (n, 2) -> (n,)."""
-        return _covers_at(self, np.ascontiguousarray(points, dtype=float), slack)
+        return _find_covering_regions(self, np.ascontiguousarray(points, dtype=float), slack)
 
     def transformed(self, frame: np.ndarray) -> "RegionUnion":
         """Return the same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
@@ -89,20 +89,20 @@ class RegionUnion(NamedTuple):
 
 
 @kernel
-def _covers_at(union, points, slack):
+def _find_covering_regions(union, points, slack):
     """Return the loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
     out, last = np.empty(len(points), np.int64), np.int64(-1)  # a literal would compile its callees twice
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
-            last = find_cover(union, x, y, slack)
+            last = find_covering_region(union, x, y, slack)
         out[n] = last
     return out
 
 
 @kernel
-def find_cover(union, x, y, slack):
+def find_covering_region(union, x, y, slack):
     """Return the index of the newest region that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
     center = union.center
     bearing_0 = union.bearing_0
@@ -118,14 +118,14 @@ def find_cover(union, x, y, slack):
     for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
         for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
             newest_cover = max(
-                newest_cover, find_newest_cover(center, bearing_0, values, cell_marks, (i, j), (x, y, slack))
+                newest_cover, find_newest_covering_region(center, bearing_0, values, cell_marks, (i, j), (x, y, slack))
             )
     return newest_cover
 
 
 @leaf
-def find_newest_cover(center, bearing_0, values, cell_marks, cell, place):
-    """Return the same of the regions in a cell (i, j) of the index, at a place (x, y) with its slack."""
+def find_newest_covering_region(center, bearing_0, values, cell_marks, cell, place):
+    """Return the newest region of a cell (i, j) of the index that covers a place (x, y) with its slack, or -1."""
     (i, j), (x, y, slack) = cell, place
     if not (0 <= i < cell_marks.shape[0] and 0 <= j < cell_marks.shape[1]):
         return -1
@@ -151,7 +151,7 @@ def find_highest_bit(word):
 
 
 @kernel
-def find_first_gap(union, start, end, guess, radius):
+def find_first_departure(union, start, end, guess, radius):
     """Return how far from `start` (x, y) the segment to `end` leaves a union, m, at least 1e-9; -1 if it does not.
 
     Samples are LINE_STEP of the robot's radius (m) apart. The one at `guess` (m, 0: none) is tried first, and within a
@@ -165,14 +165,14 @@ def find_first_gap(union, start, end, guess, radius):
     if 0.0 < guess < length:
         i = int(guess / length * count + 0.5)
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
-        if find_cover(union, place[0], place[1], 0.0) < 0:
+        if find_covering_region(union, place[0], place[1], 0.0) < 0:
             return max(length * i / count, 1e-9)
     last, i, leap = np.int64(-1), 0, 1
     while i <= count:
         place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
         previous_region = last
         if last < 0 or not covers(center, bearing_0, values, last, place[0], place[1], 0.0):
-            last = find_cover(union, place[0], place[1], 0.0)
+            last = find_covering_region(union, place[0], place[1], 0.0)
         if last < 0:
             break
         if last != previous_region:
@@ -188,9 +188,9 @@ def find_first_gap(union, start, end, guess, radius):
     if i > count:
         return -1.0
     next_index = i + 1
-    while next_index <= min(count, i + GAP_SAMPLES):
+    while next_index <= min(count, i + OUTSIDE_SAMPLES):
         place = x0 + (x1 - x0) * next_index / count, y0 + (y1 - y0) * next_index / count
-        if find_cover(union, place[0], place[1], 0.0) >= 0:
+        if find_covering_region(union, place[0], place[1], 0.0) >= 0:
             break
         next_index += 1
     return max(length * ((i + next_index - 1) // 2) / count, 1e-9)

@@ -25,18 +25,19 @@ class ClearanceLimits(NamedTuple):
 
     Attributes:
         margin: to surfaces and unknown space, m.
-        room: within this distance of the scan's place, m, no hit is left out of the chords.
+        checked_radius: up to this distance of the robot's centre from the lidar, m, no hit is left out of the chords.
     """
 
     margin: float
-    room: float
+    checked_radius: float
 
 
 @kernel
 def is_collision_free(poses, chords, views, body, limits):
     """Return whether a body keeps a margin to all surfaces, and to unknown space, at all poses of a motion.
 
-    Where the first pose has less room, that much is enough: to each surface, and to each place that was not seen.
+    If the first pose is nearer than the margin to a surface, or to an unknown place, the motion need only come no
+    nearer to it.
 
     Args:
         poses: of the samples, shape (n, k), the first three columns x, y, yaw, W.
@@ -45,7 +46,7 @@ def is_collision_free(poses, chords, views, body, limits):
         body: of the robot.
         limits: `ClearanceLimits`.
     """
-    margin, room = max(limits.margin, ESCAPE_CLEARANCE), limits.room
+    margin, checked_radius = max(limits.margin, ESCAPE_CLEARANCE), limits.checked_radius
     count, center = len(poses), chords.center
     moved_distance, frames = np.zeros(count), np.empty((count, 4))  # no point of the body has moved farther
     middle_x, middle_y = 0.5 * (poses[0, 0] + poses[-1, 0]), 0.5 * (poses[0, 1] + poses[-1, 1])
@@ -58,7 +59,7 @@ def is_collision_free(poses, chords, views, body, limits):
         if i > 0:
             way = math.hypot(x - poses[i - 1, 0], y - poses[i - 1, 1])
             moved_distance[i] = moved_distance[i - 1] + way + body.lever * abs(yaw - poses[i - 1, 2])
-    if center_reach > room:
+    if center_reach > checked_radius:
         return False
     center_reach, middle_reach = center_reach + body.radius + margin, middle_reach + body.radius + margin
     is_disc = len(body.polygons.ends) == 0  # else the gap is a bound, which may be less than that of the disc around

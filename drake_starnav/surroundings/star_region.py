@@ -131,7 +131,7 @@ def cut_back(region: StarRegion, points: np.ndarray, gaps: np.ndarray, radius: f
     Args:
         region: made from one scan.
         points: hits of another one, shape (n, 2), W, m.
-        gaps: shape (n,), their `half_gaps`, m.
+        gaps: shape (n,), their `half_chords`, m.
         radius: of the robot with the margin that it keeps from them, m.
     """
     hit_range, samples = float(region.free_range.max()) + radius + CUT_BORDER * region.radius, len(region.free_range)

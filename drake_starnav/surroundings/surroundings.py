@@ -28,12 +28,13 @@ from drake_starnav.surroundings.view_arrays import ViewArrays
 from drake_starnav.surroundings.view_history import VIEW_SPACING, Odometer, ViewHistory, forget_stale_views
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 
-NEAR_HITS = 4.0
+NEAR_HIT_RANGE = 4.0
 """Hits nearer than this count as near, in radii with the margin: among movers the robot keeps off walls."""
-PAST_VIEWS_IN_IMAGE = (0.0, 0.0)
-"""Field of view of a star that past views bound, too: at no bearing was all space seen by the last scan alone."""
-COARSE = 4
-"""The polar image of a robot that does not see all around is made of every n-th of its past views."""
+NO_FIELD_OF_VIEW = (0.0, 0.0)
+"""Field of view of a star whose image holds past beams: at no bearing was all space seen by the last scan alone."""
+PAST_VIEW_STEP = 4
+"""The image of a robot that does not see all around has beams of every n-th past view, the last one, and the current
+ones before."""
 
 
 @snapshot
@@ -82,7 +83,7 @@ class Surroundings:
         if not self.has_views:
             return False
         limits = ClearanceLimits(margin, self.view.reach - footprint.radius)
-        return bool(is_collision_free(poses, self.view.chords, self.other_views, footprint.body, limits))
+        return bool(is_collision_free(poses, self.view.chords, self.further_views, footprint.body, limits))
 
     @cached_property
     def near_hits(self) -> np.ndarray:
@@ -90,7 +91,7 @@ class Surroundings:
         if not self.has_views:
             return NO_POINTS
         image, distances = self.image, smooth_distances(self.image, self.view.params.smoothing.slack)
-        is_near = image.hits & (distances < min(NEAR_HITS * self.certified_star.radius, image.range_max))
+        is_near = image.hits & (distances < min(NEAR_HIT_RANGE * self.certified_star.radius, image.range_max))
         return image.points_at(distances, is_near, self.robot_pose)
 
     @property
@@ -101,16 +102,16 @@ class Surroundings:
         return view
 
     @cached_property
-    def other_views(self) -> ViewArrays:
+    def further_views(self) -> ViewArrays:
         """All views but `view`."""
         others = self.current_views.select(np.arange(1, len(self.current_views.views)))
         return ViewArrays.of(others.followed_by(self.past_views))
 
-    def coarse_views(self, robot_pose: np.ndarray) -> list[PlacedBeams]:
+    def sample_past_beams(self, robot_pose: np.ndarray) -> list[PlacedBeams]:
         """Return beams of the current and of some past views, each with its pose in the frame of a robot pose, W."""
-        every = np.arange(len(self.past_views.views))
-        some = self.past_views.select(np.concatenate((every[:-1:COARSE], every[-1:])))
-        views, poses = self.current_views.followed_by(some)
+        indices = np.arange(len(self.past_views.views))
+        sampled_views = self.past_views.select(np.concatenate((indices[:-1:PAST_VIEW_STEP], indices[-1:])))
+        views, poses = self.current_views.followed_by(sampled_views)
         return [
             (view.beams, np.array(find_pose_in_frame(robot_pose, pose)))
             for view, pose in zip(views, poses, strict=True)
@@ -130,26 +131,27 @@ class Surroundings:
         return dataclasses.replace(
             self,
             robot_pose=compose_poses(frame, self.robot_pose),
+            recent_hits=self.recent_hits.transformed(frame),
             current_views=current._replace(views=views),
             past_views=self.past_views.transformed(frame),
             certified_star=self.certified_star.transformed(frame),
         )
 
 
-def find_earlier_views(
+def find_past_beams(
     previous_surroundings: Surroundings, views: Sequence[View], robot_pose: np.ndarray, footprint: Footprint
 ) -> list[PlacedBeams] | None:
     """Return beams of earlier views in the frame of a robot's pose, for what the lidars do not see now.
 
     None: they see all around, and no earlier view is needed.
     """
-    return None if covers_full_circle(views, footprint) else previous_surroundings.coarse_views(robot_pose)
+    return None if covers_full_circle(views, footprint) else previous_surroundings.sample_past_beams(robot_pose)
 
 
 def observe(
     previous_surroundings: Surroundings,
     views: Sequence[View],
-    earlier_views: Sequence[PlacedBeams] | None,
+    past_beams: Sequence[PlacedBeams] | None,
     footprint: Footprint,
     margins: Margins,
 ) -> Surroundings:
@@ -158,14 +160,14 @@ def observe(
     Args:
         previous_surroundings: the surroundings before.
         views: of all lidars, taken or carried to the same time and robot pose.
-        earlier_views: see `find_earlier_views`.
+        past_beams: see `find_past_beams`.
         footprint: of the robot.
         margins: that are kept.
     """
     radius, time, robot_pose = footprint.cover_radius + margins.safety, views[0].time, views[0].robot_pose
-    image = make_polar_image(views, footprint, earlier_views or ())
+    image = make_polar_image(views, footprint, past_beams or ())
     reach = min(margins.hit_range(footprint.cover_radius), image.range_max)
-    views, recent_hits = find_surfaces(views, previous_surroundings.recent_hits, reach)
+    views, recent_hits = add_near_hits(views, previous_surroundings.recent_hits, reach)
     star_image, star_hits = image, recent_hits.hits
     if margins.average_scans and image.motion is None:
         averaged_range = radius + AVERAGED_WITHIN * footprint.cover_radius
@@ -176,22 +178,26 @@ def observe(
         if previous_surroundings.has_views
         else previous_surroundings.odometer
     )
-    past_views = remember_views(previous_surroundings, views, odometer, footprint, margins)
-    star_view = find_field_of_view(image) if earlier_views is None or is_on_axis(views) else PAST_VIEWS_IN_IMAGE
+    past_views = update_past_views(previous_surroundings, views, odometer, footprint, margins)
+    star_field_of_view = (
+        find_field_of_view(image) if past_beams is None or has_lone_axis_lidar(views) else NO_FIELD_OF_VIEW
+    )
     return Surroundings(
         robot_pose=robot_pose,
         image=image,
         recent_hits=recent_hits,
         current_views=ViewHistory.of_one_time(views, [view.pose for view in views], time, odometer),
         past_views=past_views,
-        certified_star=certify_star(star_image, star_hits, robot_pose, radius, margins.safety_range, star_view),
+        certified_star=certify_star(
+            star_image, star_hits, robot_pose, radius, margins.safety_range, star_field_of_view
+        ),
         time=time,
         previous_time=previous_surroundings.time,
         odometer=odometer,
     )
 
 
-def find_surfaces(views: Sequence[View], recent: RecentHits, reach: float) -> tuple[list[View], RecentHits]:
+def add_near_hits(views: Sequence[View], recent: RecentHits, reach: float) -> tuple[list[View], RecentHits]:
     """Return views with the hits of which their chords are made, and the recent hits with those of these views.
 
     Each view gets its own hits nearer than `reach`, m, those of the other lidars, and the `recent` hits of the scans
@@ -203,9 +209,7 @@ def find_surfaces(views: Sequence[View], recent: RecentHits, reach: float) -> tu
         others = [hits.points for hits in (*near_hits[:k], *near_hits[k + 1 :])]
         points = np.concatenate((recent.hits.points, *others)) if others else recent.hits.points
         visible = min(reach - view.mount.offset, view.scan.range_max, view.beams.certain_range)
-        views_with_hits.append(
-            replace_fields(view, near_points=near_hits[k].points, recent_points=points, reach=visible)
-        )
+        views_with_hits.append(replace_fields(view, own_hits=near_hits[k].points, further_hits=points, reach=visible))
     latest = near_hits[0] if len(near_hits) == 1 else Hits(*map(np.concatenate, zip(*near_hits, strict=True)))
     return views_with_hits, recent.add_scan(latest)
 
@@ -223,11 +227,11 @@ def average_views(
     scan = dataclasses.replace(scan, ranges=np.where(scan.hits, smoothed_ranges, scan.ranges))
     recent, scan = average_scan(recent, scan, view.robot_pose, averaged_range)
     params = view.params._replace(smoothing=RangeSmoothing(0, smoothing.slack))
-    averaged_views, recent = find_surfaces([replace_fields(view, scan=scan, params=params)], recent, reach)
+    averaged_views, recent = add_near_hits([replace_fields(view, scan=scan, params=params)], recent, reach)
     return averaged_views, recent.hits
 
 
-def remember_views(
+def update_past_views(
     previous_surroundings: Surroundings,
     views: Sequence[View],
     odometer: Odometer,
@@ -248,7 +252,7 @@ def remember_views(
             retention,
         )
     else:
-        past = begin_history(views, (x, y, yaw), footprint, margins.safety)
+        past = make_initial_views(views, (x, y, yaw), footprint, margins.safety)
     disc = past.views[-1] if past.views else None
     if isinstance(disc, InitialFreeDisc):
         disc = disc.cut_by(views[0].chords, tuple(past.poses[-1].tolist()))
@@ -256,13 +260,13 @@ def remember_views(
     return past
 
 
-def begin_history(
+def make_initial_views(
     views: Sequence[View], pose: tuple[float, float, float], footprint: Footprint, margin: float
 ) -> ViewHistory:
     """Return the initial free disc about the first pose (x, y, yaw), unless one lidar on the axis sees all around."""
     lidar_offset = 0.0
     if covers_full_circle(views, footprint):
-        if is_on_axis(views):
+        if has_lone_axis_lidar(views):
             return ViewHistory()
     else:
         lidar_offset = max(0.0, *(view.mount.x for view in views))
@@ -270,6 +274,6 @@ def begin_history(
     return ViewHistory.of_one_time((disc,), (pose,), views[0].time, Odometer())
 
 
-def is_on_axis(views: Sequence[View]) -> bool:
+def has_lone_axis_lidar(views: Sequence[View]) -> bool:
     """Return whether there is a single lidar, on the robot's axis."""
     return len(views) == 1 and views[0].mount.offset == 0.0

@@ -15,8 +15,8 @@ from drake_starnav.surroundings.chords import BINS, ROUNDING
 from drake_starnav.surroundings.view_arrays import body_covers, view_covers
 
 FINEST, MOST_ASKED, DEPTH = 0.004, 8000, 24
-"""Parts no longer than this, m, are known as a whole or unknown, and so is what takes more questions than this; at most
-DEPTH parts wait at a time: numerics."""
+"""A part shorter than FINEST, m, is not cut further; after MOST_ASKED queries the answer is no; at most DEPTH parts
+wait at a time: numerics."""
 EXCESS = 0.001
 """The polygon around a body with its margin is no larger, m: numerics."""
 SLIVER = 1e-7
@@ -50,8 +50,7 @@ def is_occluded_part_free(step, end_points, center, views, margin, view_queries)
         center: from where it hides, shape (2,), W.
         views: `ViewArrays`.
         margin: m.
-        view_queries: how often views were asked, up to MOST_ASKED, from when on nothing is known; and the one that
-            answered last, which is asked first.
+        view_queries: number of queries so far, and the index of the view that covered last, which is asked first.
     """
     for k in range(max(len(step.body.polygons.ends), 1)):
         inflated_polygon = _inflate_part(step.there, step.body, k, margin)
@@ -66,13 +65,13 @@ def is_occluded_part_free(step, end_points, center, views, margin, view_queries)
 def is_known_free(part, n, views, step, view_queries):
     """Return whether a convex polygon, the first `n` of `part`, is free everywhere, or no nearer to a body than it was.
 
-    What is not as a whole is cut along the edges of the body where it stands, or halved, down to FINEST. Other
-    arguments as for `is_occluded_part_free`.
+    A polygon that is not free as a whole is cut along the edges of the body where it stands, or halved, until its parts
+    are free or smaller than FINEST. Other arguments as for `is_occluded_part_free`.
     """
-    if _is_covered(part, n, views, step, view_queries)[0]:
+    if _is_part_free(part, n, views, step, view_queries)[0]:
         return True
     for i in range(n):  # mostly a corner decides
-        if not _is_covered(part[i : i + 1], 1, views, step, view_queries)[0]:
+        if not _is_part_free(part[i : i + 1], 1, views, step, view_queries)[0]:
             return False
     stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
     sizes[0] = n
@@ -84,7 +83,7 @@ def is_known_free(part, n, views, step, view_queries):
         m = sizes[depth]
         for i in range(m):
             piece[i, 0], piece[i, 1] = stack[depth, i, 0], stack[depth, i, 1]
-        free, nx, ny, middle = _is_covered(piece, m, views, step, view_queries)
+        free, nx, ny, middle = _is_part_free(piece, m, views, step, view_queries)
         if free:
             continue
         low_x, high_x, low_y, high_y = piece[0, 0], piece[0, 0], piece[0, 1], piece[0, 1]
@@ -107,10 +106,10 @@ def is_known_free(part, n, views, step, view_queries):
 
 
 @kernel
-def _is_covered(part, n, views, step, view_queries):
+def _is_part_free(part, n, views, step, view_queries):
     """Return whether all of a polygon is the robot's own place, or was seen in one view, or is no nearer than it was.
 
-    And an edge that parts what is the robot's own place, as from `body_covers`.
+    Also return the edge along which to cut off what the body covers, as from `body_covers`.
     """
     own, nx, ny, middle = body_covers(step.first, step.body, part, n, np.inf)
     free = (

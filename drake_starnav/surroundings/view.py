@@ -14,7 +14,7 @@ from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import HIT, Beams, LaserScan, place_ends
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.lidar.outlier_filter import HitHistory, ScanFilter, remove_lone_close_hits
-from drake_starnav.surroundings.bearing_hits import measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import measure_half_chords
 from drake_starnav.surroundings.chords import Chords, make_occluding_chords, make_surface_chords, measure_visible_ranges
 from drake_starnav.surroundings.erosion import average_neighbours
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits
@@ -65,12 +65,12 @@ class View:
         scan: de-skewed, without doubted hits, in a frame at the lidar whose axes are parallel to the robot's frame B.
         confirmed_scan: for the roadmap: the scan with confirmed hits alone, see `ScanFilter`, whose lost beams may hide
             thin obstacles; the same object where no beam is lost.
-        mount: pose of the scan's frame in B.
+        mount: of the lidar; its x and y place the scan's frame in B, its yaw is already in the scan.
         robot_pose: (x, y, yaw) of B in W.
         hit_history: of the last scans of this lidar, which confirm or refute new hits.
         params: with which it was made.
-        near_points: hits that `observe` found near the robot, shape (n, 2), W.
-        recent_points: near hits of the other lidars and of the scans before, shape (k, 2), W.
+        own_hits: hits that `observe` found near the robot, shape (n, 2), W.
+        further_hits: near hits of the other lidars and of the scans before, shape (k, 2), W.
         reach: how far from the lidar the view certifies free space, m; 0 until `observe` has given it its hits.
     """
 
@@ -80,8 +80,8 @@ class View:
     robot_pose: np.ndarray
     hit_history: HitHistory
     params: ViewParams
-    near_points: np.ndarray = dataclasses.field(default_factory=lambda: NO_POINTS)
-    recent_points: np.ndarray = dataclasses.field(default_factory=lambda: NO_POINTS)
+    own_hits: np.ndarray = dataclasses.field(default_factory=lambda: NO_POINTS)
+    further_hits: np.ndarray = dataclasses.field(default_factory=lambda: NO_POINTS)
     reach: float = 0.0
 
     @staticmethod
@@ -109,9 +109,7 @@ class View:
     @cached_property
     def chords(self) -> Chords:
         """Surfaces through the near and recent hits, and what else hides space from the lidar."""
-        surfaces, occludes = make_surface_chords(
-            self.near_points, self.recent_points, self.pose, self.beams.cover_radius
-        )
+        surfaces, occludes = make_surface_chords(self.own_hits, self.further_hits, self.pose, self.beams.cover_radius)
         hiding = make_occluding_chords(self.beams, self.pose)
         is_surface = np.arange(len(surfaces) + len(hiding)) < len(surfaces)
         occludes = np.concatenate((occludes, np.ones(len(hiding), np.bool_)))
@@ -127,8 +125,8 @@ class View:
         return replace_fields(
             self,
             robot_pose=compose_poses(frame, self.robot_pose),
-            near_points=transform_points(frame, self.near_points),
-            recent_points=transform_points(frame, self.recent_points),
+            own_hits=transform_points(frame, self.own_hits),
+            further_hits=transform_points(frame, self.further_hits),
         )
 
 
@@ -178,7 +176,7 @@ def make_hits(beams, smoothing, x, y):
     """Return points and half gaps of `smooth_hits`, of beams that start at (x, y)."""
     smoothed_ranges, hits = average_neighbours(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
     points = place_ends(beams.directions, np.maximum(smoothed_ranges, NEAREST), hits, x, y, 1.0, 0.0)
-    return points, measure_half_gaps(smoothed_ranges, beams)[hits]
+    return points, measure_half_chords(smoothed_ranges, beams)[hits]
 
 
 def find_near_hits(view: View, reach: float) -> Hits:

@@ -25,7 +25,7 @@ class ViewArrays(NamedTuple):
         poses: (x, y, yaw) of each lidar, with the bearing of the first bin, shape (n, 3).
         visible_ranges: as of `View`, shape (n, BINS), m.
         body: of the robot at the newest view.
-        robot_frames: x, y, and cosine and sine of the yaw of the robot at each view with this body, else NaN, shape
+        robot_frames: x, y, and cosine and sine of the yaw of the robot at each `View`; NaN at the initial disc, shape
             (n, 4): nothing else stood where it did.
     """
 
@@ -93,14 +93,14 @@ def view_covers(k, views, part, n):
 
 
 @kernel
-def body_covers(frame, body, part, n, tolerance):
+def body_covers(frame, body, part, n, reach):
     """Return whether a body covers a polygon by one of its parts; else an edge that parts what it covers of it.
 
-    The edge is its normal and offset, W; zeros: none. A polygon whose first corner is farther than `tolerance` from the
-    body's place (m) is not looked at.
+    The edge is its normal and offset, W; zeros: none. A polygon is not tested if its first corner is farther than
+    `reach` from the body's origin, m.
     """
     (x, y, cosine, sine), (nx, ny, offset) = frame, (0.0, 0.0, 0.0)
-    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= tolerance:
+    if not math.hypot(part[0, 0] - x, part[0, 1] - y) <= reach:
         return False, nx, ny, offset
     start, stops, is_inside = 0, body.polygons.ends, len(body.polygons.ends) == 0
     for i in range(n):

@@ -97,27 +97,32 @@ def forget_stale_views(
         retention: which count.
     """
     views, (x, y) = latest.views + past.views, position
-    keeps_all = any(not view.beams.complete for view in latest.views)
+    has_lost_beams = any(not view.beams.complete for view in latest.views)
     least = time - retention.age, odometer.way - retention.way, odometer.turn - retention.turn
     lengths = retention.reach, retention.spacing
     has_disc = bool(views) and isinstance(views[-1], InitialFreeDisc)
-    counts, rows = _still_count(latest.rows, past.rows, (has_disc, keeps_all), (x, y), least, lengths)
+    counts, rows = _select_views(latest.rows, past.rows, (has_disc, has_lost_beams), (x, y), least, lengths)
     return ViewHistory(tuple(compress(views, counts.tolist())), rows)
 
 
 @kernel
-def _still_count(latest, past, flags, position, least, lengths):
+def _select_views(latest, past, flags, position, least, lengths):
     """Return which views still count, and their rows; arguments as of `forget_stale_views`, views by their rows.
 
     `flags` are whether the last one is the initial free disc, and whether views from one place count, too, since each
     saw what others lost; `least` time, s, way, m, and turn, rad, count, and `lengths` are reach and spacing, m.
     """
-    (has_disc, keeps_all), (reach, spacing), count, rows = flags, lengths, len(latest), np.concatenate((latest, past))
+    (has_disc, has_lost_beams), (reach, spacing), count, rows = (
+        flags,
+        lengths,
+        len(latest),
+        np.concatenate((latest, past)),
+    )
     counts, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - has_disc
     if len(rows) > older > 0:
-        if older == end or keeps_all or _are_apart(rows[count], rows[older], spacing):
+        if older == end or has_lost_beams or _are_apart(rows[count], rows[older], spacing):
             for k in range(older, end):
-                counts[k] = keeps_all or _are_apart(rows[count], rows[k], spacing)
+                counts[k] = has_lost_beams or _are_apart(rows[count], rows[k], spacing)
         else:  # the views before the latest are too near to those that are remembered
             counts[count:older] = False
     remaining = 0
@@ -131,7 +136,7 @@ def _still_count(latest, past, flags, position, least, lengths):
         for i in range(count, end):
             for j in range(i + 1, end):
                 if counts[i] and counts[j]:
-                    distance, turn = _subtract_odometers(rows[i], rows[j])
+                    distance, turn = _measure_pose_difference(rows[i], rows[j])
                     if distance / spacing + turn < least:  # a radian counts as much as the spacing
                         least, superfluous = distance / spacing + turn, j
         counts[superfluous] = False
@@ -141,12 +146,12 @@ def _still_count(latest, past, flags, position, least, lengths):
 
 @kernel
 def _are_apart(one, other, spacing):
-    distance, turn = _subtract_odometers(one, other)
+    distance, turn = _measure_pose_difference(one, other)
     return distance > spacing or turn > VIEW_TURN
 
 
 @kernel
-def _subtract_odometers(one, other):
+def _measure_pose_difference(one, other):
     """Return the distance of two views, m, and the angle by which they are turned, rad."""
     turn = one[2] - other[2]
     return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turn - TURN * round(turn / TURN))

@@ -52,8 +52,8 @@ class TurningRoom(NamedTuple):
     Attributes:
         radius: of the robot.
         tolerance: of the goal.
-        standing: if it stands: it may have no way to the goal but with the heading.
-        turning: it may be while it turns.
+        standing: the same if it stands: it may have no way to the goal but with the heading, m.
+        turning: largest distance from the goal while it turns, m.
     """
 
     radius: float

@@ -25,7 +25,7 @@ class JumpGuard(LeafSystem):
             what was seen before that.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W.
 
-    The last position and the time of the last jump are discrete state, brought up to date before each command.
+    The last position, its time and that of the last jump are discrete state, brought up to date before each command.
     """
 
     def __init__(self, *, tolerance: float, rate: float, rolling: bool = False, holonomic: bool = False) -> None:
@@ -37,32 +37,35 @@ class JumpGuard(LeafSystem):
             holonomic: whether the robot drives in any direction: the speed does not tell in which.
         """
         super().__init__()
-        self._period = check_period(self, rate=rate)
         self._tolerance, self._rolling, self._holonomic = tolerance, rolling, holonomic
         self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
         self._state = self.DeclareVectorInputPort("state", 5)
-        self.DeclareDiscreteState((math.nan, math.nan, -math.inf))
-        declare_value(self, "surroundings", Surroundings.unknown(), JumpGuard._guarded)
-        self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
+        self.DeclareDiscreteState((math.nan, math.nan, 0.0, -math.inf))
+        declare_value(self, "surroundings", Surroundings.unknown(), JumpGuard._guard_surroundings)
+        self.DeclarePeriodicDiscreteUpdateEvent(check_period(self, rate=rate), 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
-        values.set_value(0, self._watched(context))
+        values.set_value(0, self._find_last_jump(context))
         return EventStatus.Succeeded()
 
-    def _watched(self, context: Context) -> tuple[float, float, float]:
-        last_x, last_y, jump_time = context.get_discrete_state(0).value()
-        if jump_time > context.get_time():  # time was set back: another run begins
+    def _find_last_jump(self, context: Context) -> tuple[float, float, float, float]:
+        """Return the position now, the time, and when the position last jumped, m and s."""
+        last_x, last_y, last_time, jump_time = context.get_discrete_state(0).value()
+        time = context.get_time()
+        if jump_time > time:  # time was set back: another run begins
             jump_time = -math.inf
         x, y, yaw, v, _ = self._state.Eval(context)
-        way = v * self._period
+        expected_distance = v * (time - last_time)
         if self._holonomic:  # in a direction that the state does not tell
-            step = math.hypot(x - last_x, y - last_y) - abs(way)
+            step = math.hypot(x - last_x, y - last_y) - abs(expected_distance)
         else:
-            step = math.hypot(x - last_x - way * math.cos(yaw), y - last_y - way * math.sin(yaw))
+            step = math.hypot(
+                x - last_x - expected_distance * math.cos(yaw), y - last_y - expected_distance * math.sin(yaw)
+            )
         has_jumped = step > self._tolerance  # never before the first position, which is NaN
-        return x, y, context.get_time() if has_jumped else jump_time
+        return x, y, time, time if has_jumped else jump_time
 
-    def _guarded(self, context: Context) -> Surroundings:
-        surroundings, jump_time = self._surroundings.Eval(context), self._watched(context)[2]
+    def _guard_surroundings(self, context: Context) -> Surroundings:
+        surroundings, jump_time = self._surroundings.Eval(context), self._find_last_jump(context)[3]
         oldest_pose_time = surroundings.previous_time if self._rolling else surroundings.time
         return surroundings.without_views_before(jump_time) if oldest_pose_time >= jump_time else Surroundings.unknown()

@@ -108,5 +108,5 @@ class ScanMatcher(LeafSystem):
 
 
 def _transform(value: Any, scan_map: ScanMap, is_inverse: bool = False) -> Any:
-    """A value in O, one with a method `moved`, in M; or back."""
+    """Return a value with a method `transformed` in M, given in O; with `is_inverse` the other way."""
     return value.transformed(invert_pose(scan_map.correction) if is_inverse else scan_map.correction)

@@ -14,7 +14,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.manoeuvres import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.planning.closed_places import NOTHING_CLOSED, Closures
+from drake_starnav.planning.closed_places import NOTHING_CLOSED, ClosedPlaces
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.planner import PROGRESS_DISTANCE
@@ -101,14 +101,14 @@ class StarRoadmapPlanner(LeafSystem):
         *,
         goal_tolerance: float = 0.0,
         step: PlanStep | None = None,
-        closed_areas: Sequence[KeepOut] = (),
+        keep_outs: Sequence[KeepOut] = (),
         stopwatch: Stopwatch | None = None,
     ) -> None:
         """
         Args:
             goal_tolerance: a robot this near to the goal has reached it, m.
             step: one update as a pure function; None: `plan_step`, with manoeuvres of a robot that is no disc.
-            closed_areas: that the robot must stay out of, though nothing is to be seen there.
+            keep_outs: that the robot must stay out of, though nothing is to be seen there.
             stopwatch: notes `plan` times, of updates in which the roadmap was searched, if given.
         """
         super().__init__()
@@ -125,7 +125,7 @@ class StarRoadmapPlanner(LeafSystem):
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._heading = self.DeclareVectorInputPort("heading", 1)
         self._surroundings = self.DeclareAbstractInputPort("surroundings", Value(Surroundings.unknown()))
-        walls = self._keep_outs(closed_areas)
+        walls = self._place_keep_outs(keep_outs)
         initial = PlannerState.initial(planner, robot.shape.cover_radius, robot.radius, walls)
         inputs = self._observation, self._goal, self._heading
         self._plans = ScanState(self, _Plan(initial), self._step_state, inputs, stamp=self._stamp)
@@ -176,10 +176,10 @@ class StarRoadmapPlanner(LeafSystem):
             standing_place, standing_since = planner_input.position.copy(), time
         return _Plan(next_state, planner_input.goal, time, standing_place, standing_since)
 
-    def _keep_outs(self, closed_areas: Sequence[KeepOut]) -> Closures:
-        """Return the closed areas as walls: who keeps the least margin from them keeps the areas' own."""
+    def _place_keep_outs(self, keep_outs: Sequence[KeepOut]) -> ClosedPlaces:
+        """Return keep-outs as points, so far outside that regions with the least margin keep each one's own margin."""
         walls = NOTHING_CLOSED
-        for each in closed_areas:
+        for each in keep_outs:
             distance, name = each.margin - self._margins.least, each.name or "a KeepOut"
             walls = walls.add_keep_out(each.corners, distance, name, self._robot.shape.cover_radius)
         return walls

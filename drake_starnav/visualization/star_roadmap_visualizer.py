@@ -281,7 +281,7 @@ class StarRoadmapVisualizer(LeafSystem):
         point_mesh = meshes.make_discs(frontier_points, self._frontier, LAYERS["frontiers/points"].height)
         self.stage.swap("frontiers/points", point_mesh, time)
         cross_mesh = meshes.make_crosses(
-            state.roadmap.closures.failed, 2.7 * self._node, LAYERS["frontiers/stuck"].height
+            state.roadmap.closures.failed_places, 2.7 * self._node, LAYERS["frontiers/stuck"].height
         )
         self.stage.swap("frontiers/stuck", cross_mesh, time)
 

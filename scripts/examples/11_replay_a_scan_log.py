@@ -33,7 +33,7 @@ def main(log: list[LoggedScan], goal: np.ndarray, radius: float, png: Path | Non
         if state.progress.plan_count > before:
             x, y = state.route.path[0] if len(state.route.path) else seen.pose[:2]
             print(f"{seen.scan.time:5.2f} s: {state.status.value} by way of ({x:.2f}, {y:.2f})", end=", ")
-            print(f"{len(state.roadmap)} regions, {len(state.roadmap.closures.failed)} closures")
+            print(f"{len(state.roadmap)} regions, {len(state.roadmap.closures.failed_places)} closures")
     print(f"{len(log)} scans, {state.progress.plan_count} plans; in the end {state.status.value}")
     if png is not None:
         trail = np.array([seen.pose for seen in log])

@@ -15,9 +15,9 @@ from drake_starnav.planning.roadmap import StarRoadmap, add_node
 from drake_starnav.surroundings.erosion import FreeRange
 from drake_starnav.surroundings.margins import Margins, ViewRetention
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_union import RegionUnion, find_first_gap
+from drake_starnav.surroundings.region_union import RegionUnion, find_first_departure
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, make_scan_region
-from drake_starnav.surroundings.surroundings import Surroundings, find_earlier_views, observe
+from drake_starnav.surroundings.surroundings import Surroundings, find_past_beams, observe
 from drake_starnav.surroundings.unseen import BodyStep, is_known_free
 from drake_starnav.surroundings.view import View, ViewParams, make_view
 from drake_starnav.surroundings.view_arrays import ViewArrays
@@ -46,7 +46,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 def view_of_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float = 99.0) -> View:
     """A view that saw nothing itself, of hits (n, 2) of scans before it, which occlude nothing."""
-    return replace_fields(View.none(), robot_pose=np.asarray(place, dtype=float), recent_points=hits, reach=reach)
+    return replace_fields(View.none(), robot_pose=np.asarray(place, dtype=float), further_hits=hits, reach=reach)
 
 
 def view_of(scan: LaserScan, place: np.ndarray | tuple, reach: float = 3.0, shape=None) -> View:
@@ -54,7 +54,7 @@ def view_of(scan: LaserScan, place: np.ndarray | tuple, reach: float = 3.0, shap
     shape = shape or disc(0.0)
     pose = np.array(place, dtype=float)
     view = replace_fields(View.none(), scan=scan, confirmed_scan=scan, robot_pose=pose, params=ViewParams(shape))
-    return replace_fields(view, near_points=scan.points(pose), reach=reach)
+    return replace_fields(view, own_hits=scan.points(pose), reach=reach)
 
 
 def seen_by(views: ViewHistory, part: np.ndarray) -> bool:
@@ -76,7 +76,7 @@ def observe_scan(
     margins = dataclasses.replace(MARGINS, safety=radius - shape.cover_radius, safety_range=reach)
     view = make_view(scan, ON_AXIS, pose, None, ViewParams(shape))
     before = before or Surroundings.unknown()
-    return observe(before, [view], find_earlier_views(before, [view], pose, shape), shape, margins)
+    return observe(before, [view], find_past_beams(before, [view], pose, shape), shape, margins)
 
 
 def silence() -> LaserScan:
@@ -232,4 +232,4 @@ def wandered(seed: int, nodes: int = 5, margins: Margins = MARGINS) -> tuple[Wor
 
 def in_view(regions: RegionUnion, start: np.ndarray, end: np.ndarray) -> bool:
     """Whether the straight segment between two places (2,) stays inside a union."""
-    return bool(find_first_gap(regions, tuple(start), tuple(end), 0.0, 0.25) < 0.0)
+    return bool(find_first_departure(regions, tuple(start), tuple(end), 0.0, 0.25) < 0.0)

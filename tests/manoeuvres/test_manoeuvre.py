@@ -114,11 +114,11 @@ def test_a_robot_that_stands_with_a_path_begins_manoeuvres_gives_its_way_up_and_
     states = stuck_for(20.0, [pose], path, body(DOOR, pose))
     assert not len(states[int(STUCK_TIME / 0.1) - 1].poses)
     assert any(len(state.poses) for state in states)
-    first = next(k for k, state in enumerate(states) if state.gives_up)
+    first = next(k for k, state in enumerate(states) if state.has_given_up)
     assert len(states[first].attempts) == TRIES and not len(states[first].poses)
     assert 0.1 * first < TRIES * PATIENCE + 1.0
-    assert not states[first + 1].gives_up and len(states[first + 1].attempts) == 0
-    assert any(state.gives_up for state in states[first + 1 :])
+    assert not states[first + 1].has_given_up and len(states[first + 1].attempts) == 0
+    assert any(state.has_given_up for state in states[first + 1 :])
 
 
 def test_a_robot_that_shuttles_between_two_places_gives_its_way_up():
@@ -130,7 +130,7 @@ def test_a_robot_that_shuttles_between_two_places_gives_its_way_up():
             state = step_manoeuvre(
                 state._replace(poses=state.poses[:0]), path, poses[k % 2], time, body(DOOR, poses[k % 2]), PATIENCE
             )
-            gave_up |= state.gives_up
+            gave_up |= state.has_given_up
     assert gave_up
 
 

@@ -7,8 +7,8 @@ import pytest
 import shapely
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, NOTHING_CLOSED, SPACING, Closures
-from drake_starnav.planning.closures import add_latest_node, close_path, find_blocking_zones, reopen_closures
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, NOTHING_CLOSED, SPACING, ClosedPlaces
+from drake_starnav.planning.closures import add_latest_node, close_path, find_blocking_keep_outs, reopen_closures
 from drake_starnav.planning.roadmap import replace_regions
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
@@ -21,7 +21,7 @@ GOAL = np.array((4.0, 0.0))
 PARAMETERS = PlannerParameters()
 
 
-def keep_outs(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> Closures:
+def keep_outs(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> ClosedPlaces:
     """The walls around polygons (n, 2), at a distance, m."""
     closures = NOTHING_CLOSED
     for name, polygon in areas:
@@ -29,7 +29,7 @@ def keep_outs(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> Closures
     return closures
 
 
-def begun(walls: Closures) -> tuple[PlannerState, PlannerInput]:
+def begun(walls: ClosedPlaces) -> tuple[PlannerState, PlannerInput]:
     """A state with a node in the open, and its input."""
     scan = cast(World("empty", (0.0, 0.0, 0.0), (4.0, 0.0)), np.zeros(3))
     seen = Observation(make_scan_region(scan, np.zeros(3), RADIUS, MARGINS), scan, np.zeros(3))
@@ -66,7 +66,10 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
     walls = keep_outs(("dock", SQUARE), ("bay", SQUARE + (0.0, 1.0)))  # they share a side
     state, now = begun(walls)
     after = close_path(state, np.array(((-1.0, 0.0),)), now)
-    assert len(after.roadmap.closures.failed) == 1 and list(after.roadmap.closures.keep_out_points) == ["dock", "bay"]
+    assert len(after.roadmap.closures.failed_places) == 1 and list(after.roadmap.closures.keep_out_points) == [
+        "dock",
+        "bay",
+    ]
     forgetful = dataclasses.replace(MARGINS, drop_seen_through=True)
     regions = [dataclasses.replace(region) for region in after.roadmap.regions]
     again = {
@@ -76,7 +79,7 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
     }
     for how, roadmap in again.items():
         kept = roadmap.closures
-        assert list(kept.keep_out_points) == list(walls.keep_out_points) and len(kept.failed) == (
+        assert list(kept.keep_out_points) == list(walls.keep_out_points) and len(kept.failed_places) == (
             how in ("revised", "emptied")
         ), how
         assert roadmap.grid.distance(kept.all_keep_outs).max() <= roadmap.grid.resolution, how
@@ -95,4 +98,4 @@ def test_walls_last_whatever_is_made_anew_and_failed_ways_do_not() -> None:
 )
 def test_the_wall_that_bars_the_way_is_named(areas: list, name: str) -> None:
     state, now = begun(keep_outs(*areas))
-    assert find_blocking_zones(state, now) == name
+    assert find_blocking_keep_outs(state, now) == name

@@ -9,7 +9,7 @@ from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, Closures
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.closures import CLOSED_AHEAD, LEAST_CLOSURE_DISTANCE, close_path, reopen_closures
 from drake_starnav.planning.state import ManoeuvreState
 from drake_starnav.surroundings import Observation
@@ -24,7 +24,7 @@ PARAMETERS = PlannerParameters()
 
 def failed(state: PlannerState) -> np.ndarray:
     """Where ways failed, shape (k, 2), W, m."""
-    return state.roadmap.closures.failed
+    return state.roadmap.closures.failed_places
 
 
 def test_where_a_robot_makes_no_progress_its_way_is_closed():
@@ -65,7 +65,7 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
         assert not after.roadmap.union.contains(around).any()
         assert not after.roadmap.closures.open_part(now.observation.region).contains(around).any()
         again = reopen_closures(after, now)
-        assert again.retrying and not len(failed(again))
+        assert again.is_retrying and not len(failed(again))
         assert again.roadmap.union.contains(failed(after)).all()
 
 
@@ -84,12 +84,12 @@ def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
         manoeuvre_context=body(DOOR, pose),
     )
     first = plan_with_manoeuvres(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
-    assert not len(failed(first)) and not first.retrying
+    assert not len(failed(first)) and not first.is_retrying
     np.testing.assert_allclose(failed(close_path(first, first.guidance.path, now)), [(0.55, 0.0)], atol=0.12)
-    shuttling, later = dataclasses.replace(first, manoeuvre=ManoeuvreState(gives_up=True)), now._replace(time=0.1)
+    shuttling, later = dataclasses.replace(first, manoeuvre=ManoeuvreState(has_given_up=True)), now._replace(time=0.1)
     given_up, others = plan_with_manoeuvres(shuttling, later), plan_with_manoeuvres(first, later)
-    assert given_up.retrying and not others.retrying  # it was the only way
-    assert not given_up.manoeuvre.gives_up
+    assert given_up.is_retrying and not others.is_retrying  # it was the only way
+    assert not given_up.manoeuvre.has_given_up
 
 
 @pytest.mark.parametrize("shape", ["T", "L", "rectangle"])
@@ -119,12 +119,12 @@ def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
     first = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
     other = np.array((0.0, 1.2))
     closures = np.array(((0.1, 0.0), other)) + start[:2]
-    roadmap = dataclasses.replace(first.roadmap, closures=Closures(closures))
+    roadmap = dataclasses.replace(first.roadmap, closures=ClosedPlaces(closures))
     after = plan_step(
         dataclasses.replace(first, roadmap=roadmap, route=first.route._replace(path=first.route.path[:0])),
         now._replace(time=0.1),
     )
-    assert len(after.route.path) and not after.retrying
+    assert len(after.route.path) and not after.is_retrying
     np.testing.assert_array_equal(failed(after), closures[1:])
     assert not after.roadmap.union.contains(ring(closures[1], 0.95 * CLOSURE_RADIUS * RADIUS)).any()
 
@@ -145,7 +145,7 @@ def test_a_passage_that_was_closed_is_tried_again_where_nothing_else_can_help():
     world = World("door", (0, 0, 0), (4, 0), cylinders=posts, polygons=wall, bounds=(-4, -4, 5, 4))
     tries = iter(range(10**6))
     states = drive(world, PARAMETERS, 900, refused=lambda place: place[0] > 1.9 and next(tries) < int(5.0 / PERIOD))
-    again = next(k for k, state in enumerate(states) if state.retrying)
+    again = next(k for k, state in enumerate(states) if state.is_retrying)
     assert not len(failed(states[again])) and states[again].status is not PlannerStatus.UNREACHABLE
     assert len(states) < 900 and states[-1].status is PlannerStatus.APPROACHING
 
@@ -155,7 +155,7 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
     world = World("door", (0, 0, 0), (4, 0), polygons=wall, bounds=(-2, -2, 5, 2))
     states = drive(world, PARAMETERS, 800, refused=lambda place: place[0] > 1.9)
     last = states[-1]
-    assert len(states) == 800 and last.retrying and last.status is not PlannerStatus.UNREACHABLE
+    assert len(states) == 800 and last.is_retrying and last.status is not PlannerStatus.UNREACHABLE
 
 
 def ring(place: np.ndarray, radius: float) -> np.ndarray:
@@ -190,7 +190,7 @@ def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
         rng = np.random.default_rng(seed)
         world = dataclasses.replace(make(RADIUS + MARGINS.least), start=(0.0, rng.uniform(-0.5, 0.5), 0.0))
         states = drive(world, PARAMETERS, 300, noise=(0.01, rng))
-        assert len(states) < 130 and not any(len(failed(state)) or state.retrying for state in states)
+        assert len(states) < 130 and not any(len(failed(state)) or state.is_retrying for state in states)
 
 
 def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: float = 0.01) -> PlannerInput:

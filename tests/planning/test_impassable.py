@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 
 from drake_starnav.geometry.se2 import transform_points
-from drake_starnav.planning.impassable import BRIDGE_SPACING, find_narrowest_gap, inflate_hits
+from drake_starnav.planning.impassable import BRIDGE_SPACING, bridge_observed_hits, find_narrowest_gap
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast, observed, seeds
 
@@ -13,7 +13,7 @@ WALL = transform_points(POSE, np.array([(0.5, 0.3), (4.9, 0.3), (4.9, 0.35), (0.
 
 def test_a_wall_is_closed_between_hits_that_the_robot_does_not_fit_between() -> None:
     scan = cast(World("wall", (0, 0, 0), (0, 0), polygons=(WALL,)), POSE)
-    hits, points = scan.points(POSE), inflate_hits(observed(scan, POSE), MARGINS, RADIUS)
+    hits, points = scan.points(POSE), bridge_observed_hits(observed(scan, POSE), MARGINS, RADIUS)
     assert len(points) > len(hits)
     start, along = WALL[0], (WALL[1] - WALL[0]) / np.hypot(*(WALL[1] - WALL[0]))
     seen, closed = (np.sort((places - start) @ along) for places in (hits, points))

@@ -9,7 +9,7 @@ import pytest
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
 from drake_starnav.planning.closures import add_latest_node
-from drake_starnav.planning.looking import LOOKS_AFTER, STILL_TURNS, sees_exit_after_turn, turn_to_unseen
+from drake_starnav.planning.looking import LOOKS_AFTER, STILL_TURNS, sees_exit_after_turn, turn_to_look
 from drake_starnav.planning.monitoring import is_facing
 from drake_starnav.planning.state import Route
 from drake_starnav.surroundings import Observation
@@ -41,7 +41,7 @@ def planned(given: PlannerInput) -> PlannerState:
 
 def turns(state: PlannerState) -> bool:
     """Whether the robot turns to what it has not seen."""
-    return math.isfinite(state.progress.unseen_heading)
+    return math.isfinite(state.progress.looking_heading)
 
 
 def moved_at(state: PlannerState, time: float) -> PlannerState:
@@ -53,8 +53,8 @@ def moved_at(state: PlannerState, time: float) -> PlannerState:
 def test_a_robot_that_stands_before_its_path_turns_to_what_it_has_not_seen_beside_it(side: float) -> None:
     unseen = (0.8, 1.5) if side > 0.0 else (-1.5, -0.8)
     state = planned(inputs(0.0, unseen))
-    assert not turns(turn_to_unseen(state, inputs(0.3, unseen)))  # it may just set off
-    looked = turn_to_unseen(state, inputs(LOOKS_AFTER + 0.1, unseen)).guidance
+    assert not turns(turn_to_look(state, inputs(0.3, unseen)))  # it may just set off
+    looked = turn_to_look(state, inputs(LOOKS_AFTER + 0.1, unseen)).guidance
     ((x, y, yaw, gear),) = looked.poses
     assert (x, y, gear) == (0.0, 0.0, 0.0) and yaw == pytest.approx(1.5 * side, abs=0.01)
 
@@ -68,16 +68,16 @@ def test_it_looks_once_it_has_turned_as_far_as_it_can(yaw: float) -> None:
     for seen, looks in ((standing, LOOKS_AFTER), (turning, STILL_TURNS if yaw == 0.0 else math.inf)):
         state = dataclasses.replace(planned(inputs(0.0, unseen, yaw)), recent_observations=tuple(seen))
         for time in (0.3, LOOKS_AFTER + 0.1, STILL_TURNS + 0.1):
-            state = turn_to_unseen(state, inputs(time, unseen, yaw))
+            state = turn_to_look(state, inputs(time, unseen, yaw))
             assert turns(state) == (time > looks)
 
 
 def test_it_does_not_where_all_is_seen_or_hidden_from_there_or_behind_it() -> None:
     for unseen in (None, (-0.05, 0.05), (2.0, 3.0)):
         state = planned(inputs(0.0, unseen))
-        assert not turns(turn_to_unseen(state, inputs(2.0, unseen)))
+        assert not turns(turn_to_look(state, inputs(2.0, unseen)))
     moved = moved_at(planned(inputs(0.0, (0.8, 1.5))), 2.0)
-    after = turn_to_unseen(moved, inputs(2.0, (0.8, 1.5)))
+    after = turn_to_look(moved, inputs(2.0, (0.8, 1.5)))
     assert not turns(after) and after.progress.standing_since == 2.0
 
 
@@ -107,12 +107,12 @@ def test_a_lidar_that_looks_ahead_is_turned_to_a_path_behind_it_until_it_faces_i
     """A holonomic base would turn its back to it for good."""
     state = planned(blind_behind(0.0, side * math.pi))
     for time, yaw, looks in ((0.3, 3.1, False), (LOOKS_AFTER + 0.1, 3.1, True), (1.0, 1.2, True), (2.0, 0.4, False)):
-        state = turn_to_unseen(state, blind_behind(time, side * yaw))
+        state = turn_to_look(state, blind_behind(time, side * yaw))
         assert turns(state) == looks
-        assert not looks or abs(math.remainder(state.progress.unseen_heading, 2.0 * math.pi)) < 1e-9
-    assert not turns(turn_to_unseen(state, blind_behind(9.0, side * 2.0)))  # it sees its path
+        assert not looks or abs(math.remainder(state.progress.looking_heading, 2.0 * math.pi)) < 1e-9
+    assert not turns(turn_to_look(state, blind_behind(9.0, side * 2.0)))  # it sees its path
 
 
 def test_it_is_not_while_the_robot_gets_on() -> None:
     state = moved_at(planned(blind_behind(0.0, math.pi)), 2.0)
-    assert not turns(turn_to_unseen(state, blind_behind(2.1, math.pi)))
+    assert not turns(turn_to_look(state, blind_behind(2.1, math.pi)))

@@ -8,11 +8,11 @@ import pytest
 from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
-from drake_starnav.planning.impassable import inflate_hits
+from drake_starnav.planning.impassable import bridge_observed_hits
 from drake_starnav.planning.monitoring import (
-    DOUBTED_WITHIN,
     OBSTRUCTION_SLACK,
     OUTSIDE_TOLERANCE,
+    UNCERTAIN_WITHIN,
     check_plan,
 )
 from drake_starnav.planning.roadmap import StarRoadmap
@@ -60,19 +60,19 @@ def test_a_check_finds_what_its_parts_find_alone() -> None:
                 break
             passed += 1
         inside = stack.contains(place[None])[0]
-        hits = inflate_hits(now.observation, MARGINS, RADIUS)
+        hits = bridge_observed_hits(now.observation, MARGINS, RADIUS)
         away = np.linalg.norm(state.route.beyond[1::2, None] - hits[None], axis=2)
         here = unite_regions([region])
         near = state.route.beyond[: 1 + int((measure_arc_lengths(state.route.beyond)[1:] < LOOKAHEAD * RADIUS).sum())]
         ahead = [k for k, point in enumerate(near) if in_view(here, place, point)]
         way = np.vstack((state.route.path, state.route.beyond))
-        way = way[np.hypot(*(way - place).T) < DOUBTED_WITHIN * RADIUS]
+        way = way[np.hypot(*(way - place).T) < UNCERTAIN_WITHIN * RADIUS]
         assert check.sees_probe == region.contains(state.route.exit[1])
         assert not (check.is_outside and inside)
         assert check.is_blocked == bool((away < RADIUS - OBSTRUCTION_SLACK * RADIUS).any())
         assert check.passed_count == passed
         assert check.has_strayed == (inside and not in_view(stack, place, state.route.path[passed]))
-        assert check.is_doubtful == bool((roadmap.grid.distance(way) < RADIUS).any())
+        assert check.is_uncertain == bool((roadmap.grid.distance(way) < RADIUS).any())
         assert find_farthest_in_sight(state.route.beyond, *place, region.as_union, RADIUS) == max(ahead, default=-1)
         for name, value in check._asdict().items():
             found.setdefault(name, set()).add(value)
@@ -84,7 +84,7 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
     place = roadmap.regions[0].center
     region, now = seen_from(world, place)
     rng = np.random.default_rng(0)
-    hits = inflate_hits(now.observation, MARGINS, RADIUS)
+    hits = bridge_observed_hits(now.observation, MARGINS, RADIUS)
     state = dataclasses.replace(
         state_in(rng, roadmap, place),
         route=Route(place[None] + (0.1, 0.0), np.stack((place, place)), hits[:4]),

@@ -11,7 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning.monitoring import check_plan
-from drake_starnav.planning.planner import node_is_due
+from drake_starnav.planning.planner import is_node_due
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
@@ -190,12 +190,12 @@ def test_a_robot_that_stood_until_it_got_a_new_goal_has_not_stalled():
 
 def test_a_new_goal_is_looked_for_without_doubt():
     before = given_up()
-    assert before.status is PlannerStatus.UNREACHABLE and before.retrying
+    assert before.status is PlannerStatus.UNREACHABLE and before.is_retrying
     position = before.roadmap.union.center[-1]
     elsewhere = dataclasses.replace(VAULT, start=(*position, 0.0), goal=(-0.5, 1.0))
     states = drive(elsewhere, PARAMETERS, steps=400, begin=before.with_new_goal())
     assert states[-1].status is PlannerStatus.APPROACHING and len(states) < 400
-    assert not any(state.retrying for state in states)
+    assert not any(state.is_retrying for state in states)
 
 
 @pytest.mark.parametrize("left", [1, 3])
@@ -218,7 +218,7 @@ def test_what_a_new_scan_contradicts_makes_a_node_where_nothing_else_is_new():
         region = make_scan_region(scan, np.array((*place, 0.0)), RADIUS, MARGINS)
         seen = Observation(region, scan, np.array((*place, 0.0)))
         now = PlannerInput(seen, place, np.array(world.goal), 1.0, PARAMETERS, MARGINS, RADIUS)
-        assert not node_is_due(there, region, check_plan(there, region, now), is_spaced=True)
+        assert not is_node_due(there, region, check_plan(there, region, now), is_spaced=True)
         after = plan_step(there, now)
         assert len(after.roadmap) == nodes and after.progress.node_position.tolist() == place.tolist()
         assert bool(after.roadmap.regions[0].contains(np.array((3.5, 0.0)))) == (nodes == 1)
@@ -230,8 +230,8 @@ def test_a_gap_narrower_than_the_margin_is_passed_without_rebuilding_the_roadmap
     walls = ([(2, -2), (2.1, -2), (2.1, -half), (2, -half)], [(2, half), (2.1, half), (2.1, 2), (2, 2)])
     world = World("gap", (0, 0, 0), (4, 0), polygons=walls, bounds=(-1, -2, 5, 2))
     states = drive(world, PARAMETERS, steps=700)
-    assert len(states) < 700 and not states[-1].retrying
-    assert not len(states[-1].roadmap.closures.failed)
+    assert len(states) < 700 and not states[-1].is_retrying
+    assert not len(states[-1].roadmap.closures.failed_places)
     margins = [region.margin for region in states[-1].roadmap.regions]
     assert MARGINS.least - 1e-9 < min(margins) < max(margins) == MARGINS.preferred
 

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning import state as planner_state
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, Closures
-from drake_starnav.planning.frontiers import find_gaps
+from drake_starnav.planning.closed_places import CLOSURE_RADIUS, ClosedPlaces
+from drake_starnav.planning.frontiers import find_region_frontiers
 from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.monitoring import REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import StarRoadmap
-from drake_starnav.planning.route import LENGTH_OUTSIDE, SHIFT, _find_exit, find_frontier_point, find_route
+from drake_starnav.planning.route import LARGEST_EXIT_SHIFT, LENGTH_OUTSIDE, _find_exit, find_frontier_point, find_route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
@@ -104,7 +104,7 @@ def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
         if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
             continue
         turned += 1
-        closures = Closures(np.vstack((before.roadmap.closures.failed, aim)))
+        closures = ClosedPlaces(np.vstack((before.roadmap.closures.failed_places, aim)))
         barred = dataclasses.replace(before, roadmap=dataclasses.replace(before.roadmap, closures=closures))
         later = plan_step(barred, now)
         assert later.progress.plan_count == before.progress.plan_count
@@ -166,12 +166,12 @@ def test_a_frontier_point_lies_inside_its_gap_near_where_the_path_crosses_it(see
     np.testing.assert_array_equal(route.beyond[0], probe)
     assert not roadmap.union.contains(probe[None])[0]
     for owner in range(len(roadmap)):
-        for gap in find_gaps(roadmap, RADIUS, owner):
-            k = len(gap.line) // 2
-            inside, outside = 2.0 * gap.line[k] - gap.probe[k], gap.probe[k]
+        for gap in find_region_frontiers(roadmap, RADIUS, owner):
+            k = len(gap.boundary) // 2
+            inside, outside = 2.0 * gap.boundary[k] - gap.probes[k], gap.probes[k]
             point = find_frontier_point(state, RADIUS, inside, outside)
             if point is not None:
-                assert np.hypot(*(point - inside)) < SHIFT * RADIUS + 0.5
+                assert np.hypot(*(point - inside)) < LARGEST_EXIT_SHIFT * RADIUS + 0.5
 
 
 @settings(max_examples=15)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.state import PlannerState, PlannerStatus, Progress, Route
+from drake_starnav.planning.state import ManoeuvreState, PlannerState, PlannerStatus, Progress, Route
 from drake_starnav.surroundings import Observation
 from tests.helpers.scans import RADIUS
 
@@ -21,7 +21,7 @@ def test_before_the_first_scan_there_is_no_guidance() -> None:
 def test_a_turn_to_unseen_space_precedes_the_path() -> None:
     seen = dataclasses.replace(Observation.none(), pose=np.array((0.5, 0.2, 0.1)))
     state = dataclasses.replace(
-        INITIAL, route=Route(PATH), recent_observations=(seen,), progress=Progress(unseen_heading=1.5)
+        INITIAL, route=Route(PATH), recent_observations=(seen,), progress=Progress(looking_heading=1.5)
     )
     np.testing.assert_array_equal(state.guidance.poses, [(0.5, 0.2, 1.5, 0.0)])
     assert not len(state.with_new_goal().guidance.poses)
@@ -30,8 +30,15 @@ def test_a_turn_to_unseen_space_precedes_the_path() -> None:
 def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
     progress = Progress(plan_count=7)
     given_up = dataclasses.replace(
-        INITIAL, route=Route(PATH), status=PlannerStatus.UNREACHABLE, retrying=True, progress=progress
+        INITIAL,
+        route=Route(PATH, beyond=PATH),
+        status=PlannerStatus.UNREACHABLE,
+        is_retrying=True,
+        progress=progress,
+        manoeuvre=ManoeuvreState(poses=np.zeros((1, 4)), has_given_up=True),
     )
     after = given_up.with_new_goal()
     assert after.roadmap is given_up.roadmap and after.progress.plan_count == 7
-    assert after.status is PlannerStatus.WAITING and not after.retrying and len(after.route.path) == 0
+    assert after.status is PlannerStatus.WAITING and not after.is_retrying
+    assert not len(after.route.beyond) and after.route.exit is None, "nothing of the old way fails"
+    assert not len(after.manoeuvre.poses) and not after.manoeuvre.has_given_up, "or is driven"

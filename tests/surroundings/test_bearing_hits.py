@@ -12,7 +12,7 @@ from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
 from drake_starnav.surroundings.bearing_hits import (
     convert_beams_to_bearings,
     convert_points_to_bearings,
-    measure_half_gaps,
+    measure_half_chords,
 )
 from tests.helpers.scans import cast, scattered, seeds
 
@@ -25,7 +25,9 @@ def circle(n: int, radius: float, **changes) -> LaserScan:
 
 def on_grid(scan: LaserScan, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Distance, half gap and offset."""
-    return convert_beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
+    return convert_beams_to_bearings(
+        scan.distances, measure_half_chords(scan.distances, scan.beams), scan.beams, samples
+    )
 
 
 @given(st.integers(1, 3), st.booleans())
@@ -36,11 +38,11 @@ def test_the_chord_spans_beams_without_information_but_not_missing_returns(count
     else:
         ranges[100 : 100 + count] = np.nan
     scan = circle(360, 1.0, ranges=ranges, motion=motion)
-    gaps = measure_half_gaps(np.ones(360), scan.beams)
+    gaps = measure_half_chords(np.ones(360), scan.beams)
     assert gaps[[99, 100 + count]] == pytest.approx(math.sin((count + 1) * math.pi / 360))
     assert not gaps[100 : 100 + count].any()
     open_gap = circle(360, 1.0, ranges=np.where(np.isnan(ranges) | (motion == DYNAMIC), np.inf, ranges))
-    assert measure_half_gaps(open_gap.distances, open_gap.beams)[[99, 100 + count]] == pytest.approx(
+    assert measure_half_chords(open_gap.distances, open_gap.beams)[[99, 100 + count]] == pytest.approx(
         math.sin(math.pi / 360)
     )
 
@@ -49,7 +51,7 @@ def test_the_chord_spans_beams_without_information_but_not_missing_returns(count
 def test_the_chord_across_the_seam_is_as_wide_as_the_seam(seam: float) -> None:
     step = 2.0 * math.pi / (359.0 + seam)
     scan = circle(360, 1.0, angle_increment=step)
-    gaps = measure_half_gaps(scan.distances, scan.beams)
+    gaps = measure_half_chords(scan.distances, scan.beams)
     assert gaps[1:-1] == pytest.approx(math.sin(0.5 * step))
     assert gaps[[0, -1]] == pytest.approx(math.sin(0.5 * max(seam, 1.0) * step))
 
@@ -57,7 +59,7 @@ def test_the_chord_across_the_seam_is_as_wide_as_the_seam(seam: float) -> None:
 def test_the_ends_of_a_partial_view_are_no_neighbours() -> None:
     n = 359
     scan = LaserScan(0.0, 0.0, 2.0 * math.pi / 360, 0.0, 5.0, np.where(np.arange(n) % (n - 1) == 0, 1.0, np.inf))
-    assert not measure_half_gaps(scan.distances, scan.beams).any()
+    assert not measure_half_chords(scan.distances, scan.beams).any()
 
 
 def test_beams_fall_into_samples_exactly_on_a_full_circle_and_with_an_offset_else() -> None:
@@ -81,7 +83,7 @@ def test_points_and_scans_give_the_same_hits(seed: int, yaw: float, reach: float
     """A scan's hits as points, seen from where it was taken, are its hits within reach."""
     scan = cast(scattered(np.random.default_rng(seed)))
     pose = np.array((0.3, -0.2, yaw))
-    gaps = measure_half_gaps(scan.distances, scan.beams)[scan.hits]
+    gaps = measure_half_chords(scan.distances, scan.beams)[scan.hits]
     found, gap, offset = convert_points_to_bearings(
         scan.points(pose), gaps, *pose[:2], yaw + scan.angle_min, reach, 720
     )

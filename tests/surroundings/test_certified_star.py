@@ -15,7 +15,7 @@ from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
 from drake_starnav.surroundings.erosion import smooth_distances
 from drake_starnav.surroundings.recent_hits import RECENT_SCANS, Hits
-from drake_starnav.surroundings.surroundings import NEAR_HITS, Surroundings, observe
+from drake_starnav.surroundings.surroundings import NEAR_HIT_RANGE, Surroundings, observe
 from drake_starnav.surroundings.view import View, ViewParams, make_view
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.utils.snapshot import replace_fields
@@ -58,9 +58,9 @@ def test_the_hits_of_the_last_scans_are_kept_and_never_change():
         seen.append(observe_scan(scan, np.zeros(3), SAFE, REACH, seen[-1]))
     recent = [each.recent_hits for each in seen]
     assert [len(each.counts) for each in recent] == [min(k, RECENT_SCANS) for k in range(9)]
-    (points, half_gaps), counts = recent[-2].hits, recent[-2].counts
+    (points, half_chords), counts = recent[-2].hits, recent[-2].counts
     assert np.hypot(*points[::4].T) == pytest.approx([1.2, 1.3, 1.4, 1.5, 1.6]) and set(counts) == {4}
-    assert recent[-1].counts[-1] == 4 and len(points) == len(half_gaps) == sum(counts)
+    assert recent[-1].counts[-1] == 4 and len(points) == len(half_chords) == sum(counts)
     far = observe_scan(LaserScan(0.0, -math.pi, math.pi / 2, 0.0, 5.0, np.full(4, 4.0)), np.zeros(3), SAFE, REACH)
     assert far.recent_hits.counts == (0,)  # 4 m is beyond the reach that matters
 
@@ -71,14 +71,17 @@ def test_in_another_frame_it_certifies_the_same() -> None:
     known = ViewHistory.of_one_time((other,), ((0.5, 0.2, 1.0),), 0.0, Odometer())
     seen = replace_fields(seen, current_views=seen.current_views.followed_by(known), past_views=known)
     star, there = seen.certified_star, seen.transformed(frame)
+    np.testing.assert_allclose(
+        there.recent_hits.hits.points, transform_points(frame, seen.recent_hits.hits.points), atol=1e-12
+    )
     points = pose[:2] + np.random.default_rng(0).uniform(-1.0, 1.0, (500, 2))
     assert 50 < star.union.contains(points).sum() < 450
     assert (there.certified_star.union.contains(transform_points(frame, points)) == star.union.contains(points)).all()
     for one, same in (
         (there.near_hits, seen.near_hits),
         (there.certified_star.boundary.points, star.boundary.points),
-        (there.view.near_points, seen.view.near_points),
-        (there.view.recent_points, seen.view.recent_points),
+        (there.view.own_hits, seen.view.own_hits),
+        (there.view.further_hits, seen.view.further_hits),
     ):
         np.testing.assert_allclose(one, transform_points(frame, same))
     for row in (there.current_views.rows[1], there.past_views.rows[0]):
@@ -128,7 +131,7 @@ def test_a_lidar_that_sees_no_farther_than_the_robot_certifies_nothing() -> None
 def test_near_hits_are_those_of_the_filtered_scan_close_by():
     seen, scan, pose = driven(3)
     filtered = smooth_distances(scan)
-    near = filtered < NEAR_HITS * SAFE
+    near = filtered < NEAR_HIT_RANGE * SAFE
     away = np.hypot(*(seen.near_hits - pose[:2]).T)
     np.testing.assert_allclose(away, filtered[near])
 
@@ -219,10 +222,10 @@ def test_no_more_is_certified_than_the_lidar_sees(range_max: float, reach: float
 
 def test_no_scan_certifies_no_motion():
     seen = Surroundings.unknown()
-    star, (points, half_gaps) = seen.certified_star, seen.certified_star.boundary
+    star, (points, half_chords) = seen.certified_star, seen.certified_star.boundary
     assert not seen.has_views and seen.time == seen.previous_time == -math.inf
     assert points.shape == seen.near_hits.shape == seen.recent_hits.hits.points.shape == (0, 2)
-    assert half_gaps.shape == seen.recent_hits.hits.half_gaps.shape == (0,) and seen.recent_hits.counts == ()
+    assert half_chords.shape == seen.recent_hits.hits.half_chords.shape == (0,) and seen.recent_hits.counts == ()
     assert star.center.shape == (2,) and star.radius == 0.0
     assert not star.union.contains(np.array([(0.001, 0.0)]))[0]
     assert not seen.keeps_clear(np.zeros((2, 3)), disc(RADIUS), 0.0)
@@ -235,7 +238,7 @@ def test_a_disc_needs_no_other_look_only_where_it_drives_straight_out_of_what_it
     scan, pose = cast(world, **view), np.zeros(3)
     assert not scan.hits.any()
     star = observe_scan(scan, pose, SAFE, REACH).certified_star
-    _, (bearing_0,), (values,) = star.for_disc
+    _, (bearing_0,), (values,) = star.seen_part
     bearing = bearing_0 + 2.0 * math.pi / len(values) * np.arange(len(values))
     edge = scan.angle_min + np.array((math.radians(90.0), math.radians(179.0)))
     inside = (bearing >= edge[0]) & (bearing <= edge[1])

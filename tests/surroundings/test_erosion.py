@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.surroundings.bearing_hits import convert_points_to_bearings, measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import convert_points_to_bearings, measure_half_chords
 from drake_starnav.surroundings.erosion import (
     FreeRange,
     compute_free_range,
@@ -47,7 +47,7 @@ def clearances(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
 def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
     scan = cast(scattered(np.random.default_rng(seed)), beams=beams)
     samples, limit, *_ = profile(scan)
-    radius = np.hypot(INFLATED, measure_half_gaps(scan.distances, scan.beams)[scan.hits])
+    radius = np.hypot(INFLATED, measure_half_chords(scan.distances, scan.beams)[scan.hits])
     points = scan.points()
     spare = clearances(samples[:, None] * rays(scan, len(samples)), points) - radius
     assert spare.min() > -1e-9
@@ -95,10 +95,10 @@ def test_partial_field_of_view_is_bounded_inside_and_zero_outside(seed, beams, f
     scan = cast(scattered(rng), beams=beams, angle_min=first, angle_increment=increment)
     samples, limit, *_ = profile(scan)
     bearing = 2.0 * math.pi / len(samples) * np.arange(len(samples))
-    view_range = bearing <= field + 1e-9
+    find_view_range = bearing <= field + 1e-9
     assert len(samples) == 720
-    assert (samples[~view_range] == 0.0).all() and (limit[~view_range] == 0.0).all()
-    np.testing.assert_allclose(limit[view_range], scan.range_max - INFLATED)
+    assert (samples[~find_view_range] == 0.0).all() and (limit[~find_view_range] == 0.0).all()
+    np.testing.assert_allclose(limit[find_view_range], scan.range_max - INFLATED)
     ends = samples[:, None] * rays(scan, len(samples))
     assert (clearances(ends, scan.points()) - INFLATED).min() > -1e-9
 

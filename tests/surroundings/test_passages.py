@@ -9,16 +9,16 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.surroundings.bearing_hits import convert_beams_to_bearings, measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import convert_beams_to_bearings, measure_half_chords
 from drake_starnav.surroundings.erosion import (
     FreeRange,
     compute_free_limit,
     compute_free_range,
     erode,
     find_field_of_view,
+    limit_by_moving_obstacles,
     make_bearing_tables,
     smooth_distances,
-    within_sight,
 )
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.passages import PASSAGE_DEPTH, SHUT, add_passages
@@ -38,8 +38,12 @@ def eroded(scan: LaserScan, margin: float) -> np.ndarray:
     """The free range with a margin, m, that no passage changes."""
     samples, inflated = 720, RADIUS + margin
     limit = compute_free_limit(find_field_of_view(scan), samples, scan.range_max - RADIUS - MARGIN)
-    hits = convert_beams_to_bearings(scan.distances, measure_half_gaps(scan.distances, scan.beams), scan.beams, samples)
-    return erode(*hits, inflated, within_sight(limit, scan.beams, RADIUS + MARGIN), *make_bearing_tables(samples))
+    hits = convert_beams_to_bearings(
+        scan.distances, measure_half_chords(scan.distances, scan.beams), scan.beams, samples
+    )
+    return erode(
+        *hits, inflated, limit_by_moving_obstacles(limit, scan.beams, RADIUS + MARGIN), *make_bearing_tables(samples)
+    )
 
 
 def door(half: float, x: float = 0.3) -> World:

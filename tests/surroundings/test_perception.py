@@ -72,7 +72,7 @@ def test_the_region_of_a_limited_view_ends_at_what_was_hit_beside_the_view() -> 
         state = perceive(state, (dataclasses.replace(scan, time=0.1 * number),), pose, SETTINGS)
     region = state.observation.region
     assert region is not None
-    assert not state.observation.scan.hits.any() and len(state.observation.remembered_hits)
+    assert not state.observation.scan.hits.any() and len(state.observation.past_hits)
     again = state.observation.refit(RADIUS, MARGINS).region
     assert again is not None and np.array_equal(again.free_range, region.free_range)
     wider = state.observation.refit(RADIUS + 0.05, MARGINS).region

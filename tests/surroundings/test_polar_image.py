@@ -17,8 +17,8 @@ from drake_starnav.lidar.outlier_filter import remove_outliers
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
-from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_views, perceive
-from drake_starnav.surroundings.polar_image import make_polar_image, view_range
+from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_fields_of_view, perceive
+from drake_starnav.surroundings.polar_image import find_view_range, make_polar_image
 from drake_starnav.surroundings.view import View
 from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
@@ -154,7 +154,7 @@ def test_the_range_shrinks_by_the_offset() -> None:
 
 def checked(*lidars: Lidar) -> None:
     """Check whether the views of lidars suffice."""
-    check_views(looks(World("empty", (0, 0, 0), (0, 0)), lidars), mounts(lidars), BODY, backwards=False)
+    check_fields_of_view(looks(World("empty", (0, 0, 0), (0, 0)), lidars), mounts(lidars), BODY, backwards=False)
 
 
 def test_views_that_meet_all_around_suffice() -> None:
@@ -170,10 +170,10 @@ def test_lidars_of_different_range_see_as_far_as_each_does(shorter: int, range_m
     empty = World("empty", (0, 0, 0), (0, 0))
     scans = looks(empty, CORNERS)
     scans[shorter] = looks(empty, CORNERS, range_max=range_max)[shorter]
-    check_views(scans, mounts(CORNERS), BODY, backwards=False)
+    check_fields_of_view(scans, mounts(CORNERS), BODY, backwards=False)
     scans = [align_with_robot(scan, lidar.mount) for scan, lidar in zip(scans, CORNERS, strict=True)]
     around = merged(scans, mounts(CORNERS))
-    least = min(view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
+    least = min(find_view_range(*each) for each in zip(scans, mounts(CORNERS), strict=True))
     assert around.distances.min() >= least > 0.6 * range_max
     assert around.lost.any() and (around.distances > 4.5).any(), "beyond the shorter range it is unknown"
 
@@ -240,5 +240,5 @@ def test_a_polygon_s_lidars_see_from_its_corners() -> None:
         Lidar(Mount(-x, y, 0.75 * math.pi, False), 1.5 * math.pi, 271),
     )
     empty = World("empty", (0, 0, 0), (0, 0))
-    check_views(looks(empty, pair), mounts(pair), box, backwards=False)
-    check_views(looks(empty, pair[:1]), mounts(pair[:1]), box, backwards=False)
+    check_fields_of_view(looks(empty, pair), mounts(pair), box, backwards=False)
+    check_fields_of_view(looks(empty, pair[:1]), mounts(pair[:1]), box, backwards=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.surroundings.piecewise_cubic import fit_piecewise_cubic
 from drake_starnav.surroundings.region_index import index_regions, select_regions
-from drake_starnav.surroundings.region_union import RegionUnion, find_cover
+from drake_starnav.surroundings.region_union import RegionUnion, find_covering_region
 from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 
 
@@ -21,13 +21,13 @@ def assert_answers_of_a_loop_over_all(union: RegionUnion, rng: np.random.Generat
     alone = RegionUnion(*union.rows)
     edge = rng.integers(0, union.values.shape[1], (200, union.size))
     for x, y in rng.uniform(-30.0, 30.0, (500, 2)):
-        assert find_cover(union, x, y, 0.0) == find_cover(alone, x, y, 0.0)
+        assert find_covering_region(union, x, y, 0.0) == find_covering_region(alone, x, y, 0.0)
     for k in range(union.size):  # most places are near an edge of a region
         bearing = union.bearing_0[k] + 2.0 * np.pi / union.values.shape[1] * (edge[:, k] + rng.random(200))
         r = union.values[k, edge[:, k]] + rng.uniform(-0.1, 0.1, 200)
         for x, y in union.center[k] + r[:, None] * np.column_stack((np.cos(bearing), np.sin(bearing))):
             slack = rng.choice((0.0, rng.uniform(0.0, 1.0)))
-            assert find_cover(union, x, y, slack) == find_cover(alone, x, y, slack)
+            assert find_covering_region(union, x, y, slack) == find_covering_region(alone, x, y, slack)
 
 
 def test_a_union_in_which_regions_were_replaced_answers_as_a_loop_over_all_regions() -> None:

@@ -6,7 +6,13 @@ import numpy as np
 from hypothesis import given, settings
 
 from drake_starnav.surroundings.erosion import FreeRange
-from drake_starnav.surroundings.region_union import LINE_STEP, RegionUnion, find_cover, find_first_gap, measure_excess
+from drake_starnav.surroundings.region_union import (
+    LINE_STEP,
+    RegionUnion,
+    find_covering_region,
+    find_first_departure,
+    measure_excess,
+)
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, unite_regions
 from tests.helpers.scans import seeds, smooth_region
 
@@ -25,7 +31,7 @@ def test_a_place_is_covered_by_the_newest_region_that_contains_it(seed):
     inside = np.array([region.contains(points) for region in many])
     newest = np.where(inside.any(axis=0), 4 - np.argmax(inside[::-1], axis=0), -1)
     union = unite_regions(many)
-    assert [find_cover(union, x, y, 0.0) for x, y in points] == newest.tolist()
+    assert [find_covering_region(union, x, y, 0.0) for x, y in points] == newest.tolist()
     assert (union.contains(points) == inside.any(axis=0)).all()
     assert not RegionUnion.none().contains(points).any()
 
@@ -47,7 +53,7 @@ def test_a_line_has_a_gap_where_some_of_its_samples_is_in_no_region(seed):
         count = int(length / (LINE_STEP * 0.25)) + 1
         line = a + (b - a) * np.linspace(0.0, 1.0, count + 1)[:, None]
         inside = np.any([r.contains(line) for r in many], axis=0)
-        gap = find_first_gap(union, tuple(a), tuple(b), rng.uniform(-1.0, 4.0), 0.25)
+        gap = find_first_departure(union, tuple(a), tuple(b), rng.uniform(-1.0, 4.0), 0.25)
         assert (gap < 0.0) == inside.all()
         assert gap < 0.0 or not inside[round(gap / length * count)]
 

@@ -76,7 +76,7 @@ def test_hits_on_surfaces_seen_by_the_latest_scan_leave_the_memory_and_others_st
         elif on_far_wall and clearance < -0.08:
             assert tuple(point) in left, "hidden by the post"
     assert 0 < len(left) < len(memory.hits.points)
-    assert len(kept.hits.half_gaps) == len(kept.hits.points)
+    assert len(kept.hits.half_chords) == len(kept.hits.points)
 
 
 def by_scan(memory: RecentHits) -> list[np.ndarray]:

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 
 from drake_starnav.geometry.se2 import transform_points
-from drake_starnav.surroundings.bearing_hits import measure_half_gaps
+from drake_starnav.surroundings.bearing_hits import measure_half_chords
 from drake_starnav.surroundings.erosion import FreeRange, compute_free_range
 from drake_starnav.surroundings.star_region import (
     StarRegion,
@@ -27,7 +27,7 @@ def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:
     scan = cast(scattered(rng), pose)
     profile = compute_free_range(scan, scan.distances, RADIUS, MARGINS)
     region = fit_region(profile, pose[:2], pose[2] + scan.angle_min)
-    return region, scan.points(pose), measure_half_gaps(scan.distances, scan.beams)[scan.hits]
+    return region, scan.points(pose), measure_half_chords(scan.distances, scan.beams)[scan.hits]
 
 
 @settings(max_examples=20)

@@ -47,6 +47,14 @@ def test_driving_is_no_jump() -> None:
     assert all(guard.certifies(0.8 * k / RATE, v=0.8) for k in range(1, 20))
 
 
+def test_driving_is_no_jump_between_two_updates_either() -> None:
+    guard = guarded()
+    assert guard.certifies(0.0) and guard.certifies(3.0 / RATE, v=3.0)
+    guard.simulator.AdvanceTo(guard.context.get_time() + 0.1 / RATE)
+    guard.system.GetInputPort("state").FixValue(guard.context, [3.3 / RATE, 0.0, 0.0, 3.0, 0.0])
+    assert guard.system.get_output_port().Eval(guard.context).has_views
+
+
 def test_a_base_that_drives_aside_does_not_jump() -> None:
     aside, jumping = guarded(holonomic=True), guarded(holonomic=True)
     assert all(aside.certifies(0.0, -0.8 * k / RATE, v=0.8) for k in range(1, 20))

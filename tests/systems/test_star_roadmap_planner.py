@@ -111,7 +111,7 @@ def test_a_certificate_that_knows_of_nothing_is_named() -> None:
 @pytest.mark.parametrize(("ahead", "said"), [(0.28, "too near: dock"), (0.5, "nothing that is seen")])
 def test_the_area_that_holds_a_robot_is_named(ahead: float, said: str) -> None:
     dock = KeepOut(POSE[:2] + (ahead, 0.0) + np.array([(0.0, -0.3), (0.3, -0.3), (0.3, 0.3), (0.0, 0.3)]), name="dock")
-    planning = Planning(closed_areas=[dock])
+    planning = Planning(keep_outs=[dock])
     standing(planning, SCREEN, STANDSTILL + 0.1)
     assert planning.out("blocked_by").startswith(said)
 
