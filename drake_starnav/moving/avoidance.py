@@ -397,13 +397,13 @@ def note_arrival(rollout, scene):
 @leaf
 def compute_total_cost(rollout, discs, scene):
     """Return what a rollout costs, s."""
-    line, limits, radius = scene.line, scene.limits, scene.radius
-    comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
+    line, limits, comfort_cost, time = scene.line, scene.limits, rollout.comfort_cost, rollout.arrival_time
     if time == np.inf:  # else it has been at the goal, wherever it goes to make way
-        comfort_cost = max(comfort_cost, compute_comfort_to_go(rollout, discs, line, limits, radius))
+        comfort_cost = max(comfort_cost, compute_comfort_to_go(rollout, discs, scene))
         pose, velocity = Pose(rollout.x, rollout.y, rollout.yaw), read_end_velocity(rollout)
         time = rollout.time + compute_time_to_go(line, scene.times_left, rollout.way_point, pose, velocity, limits)
-    return comfort_cost + rollout.risk + compute_wall_cost(rollout, radius) + time + rollout.change_cost
+    wall_cost = WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * scene.radius)) ** 2
+    return comfort_cost + rollout.risk + wall_cost + time + rollout.change_cost
 
 
 @leaf
@@ -495,13 +495,13 @@ def add_nearness(rollout, discs, s, radius):
 
 
 @leaf
-def compute_comfort_to_go(rollout, discs, line, limits, radius):
+def compute_comfort_to_go(rollout, discs, scene):
     """Return the comfort lost to movers that the end of a rollout leaves to be passed on the way to its way point, s.
 
     As if robot and movers went straight on, the robot at full speed.
     """
-    speed, comfort_cost, last_step, k = limits.max_speed, 0.0, len(discs) - 1, rollout.way_point
-    x, y = line[k, 0] - rollout.x, line[k, 1] - rollout.y
+    speed, comfort_cost, last_step, k = scene.limits.max_speed, 0.0, len(discs) - 1, rollout.way_point
+    x, y = scene.line[k, 0] - rollout.x, scene.line[k, 1] - rollout.y
     way_length = max(math.hypot(x, y), 1e-9)
     for j in range(discs.shape[1]):
         disc = discs[last_step, j]
@@ -510,16 +510,10 @@ def compute_comfort_to_go(rollout, discs, line, limits, radius):
         closest_time = -(dx * vx + dy * vy) / max(vx * vx + vy * vy, 1e-9)  # of the closest approach
         closest_time = min(max(closest_time, 0.0), way_length / speed)
         distance = math.hypot(dx + closest_time * vx, dy + closest_time * vy)
-        lost_share = max(1.0 - distance / (radius + disc.radius + COMFORT), 0.0)
+        lost_share = max(1.0 - distance / (scene.radius + disc.radius + COMFORT), 0.0)
         certainty = max(1.0 - 0.5 * (rollout.time + closest_time) / HORIZON, 0.0)
         comfort_cost = max(comfort_cost, CONTACT_COST * lost_share * lost_share * certainty)
     return comfort_cost
-
-
-@leaf
-def compute_wall_cost(rollout, radius):
-    """Return what a rollout costs for its least clearance to static obstacles, s."""
-    return WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
 
 
 @leaf
