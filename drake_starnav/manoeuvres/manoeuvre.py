@@ -182,24 +182,24 @@ def find_stuck_time(context: ManoeuvreContext) -> float:
     return max(STUCK_TIME, 2.0 * start_time)
 
 
-def has_moved(previous_state: ManoeuvreState, pose: np.ndarray, robot_radius: float) -> bool:
+def has_moved(previous_state: ManoeuvreState, pose: np.ndarray, outer_radius: float) -> bool:
     """Return whether a robot of a radius has moved or turned since it last did, to be at a pose."""
     x, y, yaw = previous_state.pose.tolist()
-    if not math.dist(pose[:2], (x, y)) < MOVED * robot_radius:
+    if not math.dist(pose[:2], (x, y)) < MOVED * outer_radius:
         return True
     return abs(math.remainder(pose[2] - yaw, 2.0 * math.pi)) > TURNED
 
 
 def update_winding(
-    previous_state: ManoeuvreState, path: np.ndarray, pose: np.ndarray, robot_radius: float
+    previous_state: ManoeuvreState, path: np.ndarray, pose: np.ndarray, outer_radius: float
 ) -> ManoeuvreState:
     """Return the state with the least that was left of the path (k, 2), and how far the robot has turned since."""
     if not len(path):
         return previous_state._replace(least_path_left=math.inf, turned_angle=0.0)
     length_left, end = float(measure_arc_lengths(np.vstack((pose[:2], path)))[-1]), (*path[-1], pose[2])
     if (
-        length_left < previous_state.least_path_left - MOVED * robot_radius
-        or not math.dist(path[-1], previous_state.end[:2]) < SAME_PLACE * robot_radius
+        length_left < previous_state.least_path_left - MOVED * outer_radius
+        or not math.dist(path[-1], previous_state.end[:2]) < SAME_PLACE * outer_radius
     ):
         return previous_state._replace(least_path_left=length_left, turned_angle=0.0, end=end)
     return previous_state._replace(
@@ -244,29 +244,29 @@ def find_manoeuvre(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext
         context: of the robot.
         tried_count: how many manoeuvres failed here; others are tried then.
     """
-    goals, unit = _list_goals(pose, path, context), context.footprint.radius
+    goals, outer_radius = _list_goals(pose, path, context), context.footprint.radius
     goal_distances = np.hypot(*(goals[:, :2] - pose[:2]).T)
     goal_turns = np.array([wrap_angle(turn) for turn in goals[:, 2] - pose[2]])
     first = tried_count % len(goals)
-    costs = RANK_COST * unit * np.roll(np.arange(len(goals)), first) + np.maximum(
+    costs = RANK_COST * outer_radius * np.roll(np.arange(len(goals)), first) + np.maximum(
         goal_distances[first] - goal_distances, 0.0
     )
-    is_ahead = (goal_distances >= NEAR_GOAL * unit) | (np.abs(goal_turns) >= goals[:, 3])
+    is_ahead = (goal_distances >= NEAR_GOAL * outer_radius) | (np.abs(goal_turns) >= goals[:, 3])
     return _search_manoeuvre(pose, np.column_stack((goals, costs))[is_ahead], context, tried_count)
 
 
 def _search_manoeuvre(pose: np.ndarray, goals: np.ndarray, context: ManoeuvreContext, tried_count: int) -> np.ndarray:
     """Return the poses of a way to some goals, with a margin that grows with the attempts that failed here."""
-    unit = context.footprint.radius
-    surfaces = _thin_out_chords(context.surroundings.view.chords, pose[:2], unit)
-    margin = context.margin + EXTRA_MARGINS[tried_count % len(EXTRA_MARGINS)] * unit
+    outer_radius = context.footprint.radius
+    chords = _thin_out_chords(context.surroundings.view.chords, pose[:2], outer_radius)
+    margin = context.margin + EXTRA_MARGINS[tried_count % len(EXTRA_MARGINS)] * outer_radius
     return search_poses(
         pose,
         goals,
         context.motion_primitives,
         context.footprint,
         margin,
-        (surfaces, context.surroundings.further_views),
+        (chords, context.surroundings.further_views),
     )
 
 
@@ -274,9 +274,10 @@ def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -
     """Return goals, the best first, shape (n, 4): x, y, yaw, and the largest error of the heading, m and rad."""
     goals = []
     line = np.vstack((pose[:2], path))
-    arc_lengths, unit = measure_arc_lengths(line), context.footprint.radius
+    arc_lengths, outer_radius = measure_arc_lengths(line), context.footprint.radius
     for look, heading_tolerance in dict.fromkeys(
-        (min(look * unit, float(arc_lengths[-1])), heading_tolerance) for look, heading_tolerance in GOALS_ALONG_PATH
+        (min(look * outer_radius, float(arc_lengths[-1])), heading_tolerance)
+        for look, heading_tolerance in GOALS_ALONG_PATH
     ):
         x, y = (float(np.interp(look, arc_lengths, coordinate)) for coordinate in line.T)
         leg = min(max(int(np.searchsorted(arc_lengths, look)), 1), len(line) - 1)
@@ -285,19 +286,19 @@ def _list_goals(pose: np.ndarray, path: np.ndarray, context: ManoeuvreContext) -
     return np.array(goals)
 
 
-def _thin_out_chords(surfaces: Chords, place: np.ndarray, unit: float) -> Chords:
+def _thin_out_chords(chords: Chords, place: np.ndarray, outer_radius: float) -> Chords:
     """Return what is within the search's reach, thinned out to the nearest ones."""
-    middle = 0.5 * (surfaces.ends[:, :2] + surfaces.ends[:, 2:])
-    surface_distances = np.hypot(*(middle - place).T)
-    near_surfaces = np.argsort(surface_distances, kind="stable")[
-        : int((surface_distances < (REACH + 1.0) * unit).sum())
+    middle = 0.5 * (chords.ends[:, :2] + chords.ends[:, 2:])
+    chord_distances = np.hypot(*(middle - place).T)
+    near_chords = np.argsort(chord_distances, kind="stable")[
+        : int((chord_distances < (REACH + 1.0) * outer_radius).sum())
     ]
-    cells = np.floor(middle[near_surfaces] / (SPACING * CELL * unit)).astype(np.int64)
+    cells = np.floor(middle[near_chords] / (SPACING * CELL * outer_radius)).astype(np.int64)
     _, first = np.unique(cells @ (1 << 32, 1), return_index=True)  # of the places in a cell
-    kept_surfaces = near_surfaces[np.sort(first)]
+    kept_chords = near_chords[np.sort(first)]
     return Chords(
-        surfaces.ends[kept_surfaces],
-        surfaces.is_surface[kept_surfaces],
-        surfaces.occludes[kept_surfaces],
-        surfaces.center,
+        chords.ends[kept_chords],
+        chords.is_surface[kept_chords],
+        chords.occludes[kept_chords],
+        chords.center,
     )

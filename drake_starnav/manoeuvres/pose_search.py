@@ -55,9 +55,9 @@ class Space(NamedTuple):
     """Where the footprint may move, for compiled functions.
 
     Attributes:
-        surfaces: what the last scan hit, and what hides space from it.
+        chords: what the last scan hit, and what hides space from it.
         views: those before.
-        bare: the surfaces alone, which hide nothing.
+        surface_chords: the surfaces alone, which hide nothing.
         body: the robot.
         discs: shape (k, 4), that cover it: centre, radius, and that of the disc within the footprint; robot's frame, m.
         inner_radius: of the largest disc about the robot's axis within the footprint, m.
@@ -67,9 +67,9 @@ class Space(NamedTuple):
         grid: centre (x, y) of cell (0, 0), W, and the size of a cell, m.
     """
 
-    surfaces: Chords
+    chords: Chords
     views: ViewArrays
-    bare: Chords
+    surface_chords: Chords
     body: Body
     discs: np.ndarray
     inner_radius: float
@@ -125,20 +125,20 @@ def search_poses(
     return np.vstack((way[1:], way_in)) if len(way) else way
 
 
-def _make_space(start: np.ndarray, footprint: Footprint, margin: float, surfaces: Chords, views: ViewArrays) -> Space:
+def _make_space(start: np.ndarray, footprint: Footprint, margin: float, chords: Chords, views: ViewArrays) -> Space:
     """Return where a footprint may move around a start; arguments as of `search_poses`."""
     cell = CELL * footprint.radius
     grid = (float(start[0]) - CELLS_AROUND * cell, float(start[1]) - CELLS_AROUND * cell, cell)
-    cover, hides_nothing = footprint.cover, np.zeros(np.count_nonzero(surfaces.is_surface), np.bool_)
+    cover, hides_nothing = footprint.cover, np.zeros(np.count_nonzero(chords.is_surface), np.bool_)
     inner_radii = _measure_inner_radii(footprint, np.vstack((cover, np.zeros(2))))
     discs = np.column_stack((cover, np.full(len(cover), footprint.cover_radius), inner_radii[:-1]))
-    bare_ends = surfaces.ends[surfaces.is_surface]
-    bare = Chords(bare_ends, ~hides_nothing, hides_nothing, surfaces.center)
+    surface_ends = chords.ends[chords.is_surface]
+    surface_chords = Chords(surface_ends, ~hides_nothing, hides_nothing, chords.center)
     farthest = footprint.cover_radius + margin + 2.0 * cell
-    chords = np.column_stack((bare_ends, hides_nothing))
-    clear = measure_capsule_distances(np.array(grid[:2]), (SIDE, SIDE), cell, farthest, chords)
+    chord_rows = np.column_stack((surface_ends, hides_nothing))
+    clear = measure_capsule_distances(np.array(grid[:2]), (SIDE, SIDE), cell, farthest, chord_rows)
     clear[~IN_REACH] = np.nan
-    return Space(surfaces, views, bare, footprint.body, discs, inner_radii[-1], margin, clear, grid)
+    return Space(chords, views, surface_chords, footprint.body, discs, inner_radii[-1], margin, clear, grid)
 
 
 def _measure_inner_radii(footprint: Footprint, places: np.ndarray) -> np.ndarray:
@@ -236,10 +236,12 @@ def _check_move(x, y, yaw, move, space, is_first):
             roomy = roomy and clear > discs[m, 2] + margin + (OFF_CENTRE + SPACING) * cell
     if roomy and not is_first:
         return True, 1
-    surfaces = space.surfaces
+    chords = space.chords
     if not is_first:
-        surfaces = Chords(space.bare.ends, space.bare.is_surface, space.bare.occludes, poses[0, :2])
-    return is_collision_free(poses, surfaces, space.views, space.body, ClearanceLimits(margin, np.inf)), EXACT
+        chords = Chords(
+            space.surface_chords.ends, space.surface_chords.is_surface, space.surface_chords.occludes, poses[0, :2]
+        )
+    return is_collision_free(poses, chords, space.views, space.body, ClearanceLimits(margin, np.inf)), EXACT
 
 
 @kernel

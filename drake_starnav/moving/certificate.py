@@ -40,7 +40,7 @@ from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot.motion import Actuation, Motion
 from drake_starnav.safety.certificates import Certificate
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.surroundings.surroundings import Surroundings
 
 MOVING_MARGIN = 0.12
@@ -100,7 +100,7 @@ def make_certificates(
         position: of the robot, shape (2,), W, m.
         tracked: the moving obstacles.
     """
-    clear = Clear(surroundings, margin, actuation.footprint)
+    clear = ClearanceCertificate(surroundings, margin, actuation.footprint)
     return clear, MovingCertificate.near(tracked, position, actuation)
 
 

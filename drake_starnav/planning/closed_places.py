@@ -36,9 +36,9 @@ class ClosedPlaces:
         """The places of all walls, shape (k, 2), W, m."""
         return np.vstack((np.zeros((0, 2)), *self.keep_out_points.values()))
 
-    def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, robot_radius: float) -> "ClosedPlaces":
+    def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, cover_radius: float) -> "ClosedPlaces":
         """Add the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
-        places = around(polygon, distance, SPACING * robot_radius)
+        places = around(polygon, distance, SPACING * cover_radius)
         known_points = self.keep_out_points.get(cause, places[:0])
         return dataclasses.replace(
             self, keep_out_points={**self.keep_out_points, cause: np.vstack((known_points, places))}

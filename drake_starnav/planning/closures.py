@@ -28,12 +28,12 @@ by hits that more than half of them confirm."""
 
 def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """Return the state with a closure at the narrowest place of a way (k, 2) that failed, and without a path."""
-    places, size = _find_places_to_close(way, inputs), CLOSURE_RADIUS * inputs.robot_radius
+    places, size = _find_places_to_close(way, inputs), CLOSURE_RADIUS * inputs.cover_radius
     regions = [
         clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
         for region in state.roadmap.regions
     ]
-    roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
+    roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.cover_radius)
     closures = replace_fields(roadmap.closures, failed_places=np.vstack((roadmap.closures.failed_places, places)))
     route = state.route._replace(path=EMPTY_PATH)
     state = replace_fields(state, roadmap=replace_fields(roadmap, closures=closures), route=route)
@@ -49,19 +49,19 @@ def reopen_closures(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     the regions are fitted again.
     """
     failed_places, nodes = state.roadmap.closures.failed_places, state.roadmap.nodes
-    lasting_nodes = forget_contradicted(nodes, state.recent_observations, inputs.robot_radius)
+    lasting_nodes = forget_contradicted(nodes, state.recent_observations, inputs.cover_radius)
     if lasting_nodes is nodes and state.is_retrying and not len(failed_places):
         return state
     has_waited = state.progress.dead_end is not None
-    is_reopened = (np.hypot(*(failed_places - inputs.position).T) <= CLOSURE_RADIUS * inputs.robot_radius) | has_waited
+    is_reopened = (np.hypot(*(failed_places - inputs.position).T) <= CLOSURE_RADIUS * inputs.cover_radius) | has_waited
     closures = replace_fields(
         state.roadmap.closures, failed_places=failed_places[~is_reopened] if is_reopened.any() else EMPTY_PATH
     )
     roadmap = replace_fields(state.roadmap, closures=closures, nodes=lasting_nodes)
     if lasting_nodes is not nodes:
-        grid = rebuild_grid(roadmap.grid, closures, lasting_nodes, inputs.margins, inputs.robot_radius)
+        grid = rebuild_grid(roadmap.grid, closures, lasting_nodes, inputs.margins, inputs.cover_radius)
         roadmap = replace_fields(roadmap, grid=grid)
-    roadmap = refit_regions(roadmap, inputs.margins, inputs.robot_radius)
+    roadmap = refit_regions(roadmap, inputs.margins, inputs.cover_radius)
     state = replace_fields(state, roadmap=roadmap, is_retrying=state.is_retrying or has_waited or not is_reopened.any())
     latest = len(roadmap) > 0 and roadmap.nodes[-1].scan is inputs.observation.scan
     return state if latest else add_latest_node(state, inputs)
@@ -74,7 +74,7 @@ def add_latest_node(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     node = replace_fields(observation, region=state.roadmap.closures.open_part(observation.region))
     return replace_fields(
         state,
-        roadmap=add_node(state.roadmap, node, inputs.margins, inputs.robot_radius),
+        roadmap=add_node(state.roadmap, node, inputs.margins, inputs.cover_radius),
         route=state.route._replace(path=EMPTY_PATH),
         progress=state.progress._replace(node_position=inputs.position.copy()),
     )
@@ -86,7 +86,7 @@ def find_blocking_keep_outs(state: PlannerState, inputs: PlannerInput) -> str:
 
     def is_open(*causes: str) -> bool:
         closures = replace_fields(roadmap.closures, keep_out_points={cause: walls[cause] for cause in causes})
-        grid = rebuild_grid(roadmap.grid, closures, roadmap.nodes, inputs.margins, inputs.robot_radius)
+        grid = rebuild_grid(roadmap.grid, closures, roadmap.nodes, inputs.margins, inputs.cover_radius)
         tried_state = replace_fields(state, roadmap=replace_fields(roadmap, grid=grid, closures=closures))
         return len(build_cost_field(tried_state, inputs.goal, inputs).path(inputs.position)) > 0
 
@@ -102,13 +102,13 @@ def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     In a wide gap several places across it are returned, so that no part of it stays open.
     """
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
-    radius = inputs.robot_radius
-    least_distance = LEAST_CLOSURE_DISTANCE * inputs.robot_radius
-    size = CLOSURE_RADIUS * inputs.robot_radius
+    radius = inputs.cover_radius
+    least_distance = LEAST_CLOSURE_DISTANCE * inputs.cover_radius
+    size = CLOSURE_RADIUS * inputs.cover_radius
     line = np.vstack((position, way))
     near_line = line[: 1 + max(int(np.searchsorted(measure_arc_lengths(line)[1:], CLOSED_AHEAD * radius)), 1)]
     hits = scan.points_at(smooth_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
-    gap = find_narrowest_gap(hits, near_line, 2.0 * (inputs.swept_radius + margins.preferred + HIT_ERROR * radius))
+    gap = find_narrowest_gap(hits, near_line, 2.0 * (inputs.outer_radius + margins.preferred + HIT_ERROR * radius))
     step = line[1] - position
     places = (position + step * (least_distance / max(float(np.hypot(*step)), 1e-9)))[None]
     if gap is None:
@@ -130,7 +130,7 @@ def find_narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarra
     robot and the place between those two.
     """
     hits, way = _find_averaged_hits(state, inputs), np.vstack((inputs.position, state.route.path, state.route.beyond))
-    narrow = find_narrowest_gap(hits, way, 2.0 * inputs.robot_radius)
+    narrow = find_narrowest_gap(hits, way, 2.0 * inputs.cover_radius)
     return EMPTY_PATH if narrow is None else np.vstack((hits, narrow.mean(axis=0)))
 
 
@@ -142,7 +142,7 @@ def is_probe_occluded(state: PlannerState, viewpoint: np.ndarray, probe: np.ndar
     """
     hits = _find_averaged_hits(state, inputs)
     hits_ahead = hits[(hits - viewpoint) @ (probe - viewpoint) > 0.0]
-    needed_distance = inputs.robot_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
+    needed_distance = inputs.cover_radius + (1.0 - AVERAGED_SCANS**-0.5) * inputs.margins.least
     return bool((measure_segment_distance(hits_ahead, viewpoint, probe) < needed_distance).any())
 
 
@@ -150,6 +150,6 @@ def _find_averaged_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray
     """Return hits near the robot in the mean of AVERAGED_SCANS scans, shape (n, 2), W, m; none of fewer scans."""
     if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH
-    scan, count = average_scans(state.recent_observations, inputs.robot_radius + AVERAGED_WITHIN * inputs.robot_radius)
+    scan, count = average_scans(state.recent_observations, inputs.cover_radius + AVERAGED_WITHIN * inputs.cover_radius)
     distance = smooth_distances(scan, inputs.margins.smoothing_slack)
     return scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent_observations[-1].pose)

@@ -61,16 +61,16 @@ class CostmapParams(NamedTuple):
     """Which cells the robot may cross, and at what cost.
 
     Attributes:
-        robot_radius: cells nearer than this to a hit are blocked, m.
+        cover_radius: cells nearer than this to a hit are blocked, m.
         failed_places: shape (k, 2), W, m: cells within CLOSURE_RADIUS of one are blocked.
         clearance_uncertainty: cells that hits block by no more than this are passable, at UNCERTAIN_COST, m.
-        swept_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
+        outer_radius: cells nearer than this, where the robot cannot turn, cost more, by up to TIGHT_COST, m.
     """
 
-    robot_radius: float
+    cover_radius: float
     failed_places: np.ndarray = np.zeros((0, 2))
     clearance_uncertainty: float = 0.0
-    swept_radius: float = 0.0
+    outer_radius: float = 0.0
 
 
 def compute_cost_to_go(
@@ -96,9 +96,9 @@ def compute_cost_to_go(
     """
     first, count = grid.box(low, high)
     cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
-    radius = params.robot_radius
+    radius = params.cover_radius
     blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
-    swept = params.swept_radius if params.swept_radius > radius else 0.0  # of a disc nothing
+    swept = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
     limits = _ClearanceLimits(blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, swept)
     weight = _weigh_cells(grid.arrays, first, count, limits, NEAR_WALL_COST)

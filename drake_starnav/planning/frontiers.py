@@ -32,27 +32,27 @@ class Frontier(NamedTuple):
     probes: np.ndarray
 
 
-def find_region_frontiers(roadmap: StarRoadmap, robot_radius: float, owner: int) -> list[Frontier]:
+def find_region_frontiers(roadmap: StarRoadmap, cover_radius: float, owner: int) -> list[Frontier]:
     """Return the frontiers of one region: where no region, no hit and no closure is beyond its boundary.
 
     Args:
         roadmap: with the region.
-        robot_radius: m.
+        cover_radius: m.
         owner: index of the region.
     """
     line, probe, is_open = _sample_boundary(
-        roadmap.union, owner, roadmap.closures.failed_places, roadmap.grid.arrays, robot_radius
+        roadmap.union, owner, roadmap.closures.failed_places, roadmap.grid.arrays, cover_radius
     )
     first = int(np.argmin(is_open))  # no run goes on from the last point to the first
     line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
     run_ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
     first, last = measure_arc_lengths(line)[run_ends - (0, 1)].T
-    return [Frontier(line[a:b], probe[a:b]) for a, b in run_ends[last - first >= LEAST * robot_radius].tolist()]
+    return [Frontier(line[a:b], probe[a:b]) for a, b in run_ends[last - first >= LEAST * cover_radius].tolist()]
 
 
-def find_frontiers(roadmap: StarRoadmap, robot_radius: float) -> list[Frontier]:
+def find_frontiers(roadmap: StarRoadmap, cover_radius: float) -> list[Frontier]:
     """Return the frontiers of all regions; arguments as for `find_region_frontiers`."""
-    return [each for owner in range(len(roadmap)) for each in find_region_frontiers(roadmap, robot_radius, owner)]
+    return [each for owner in range(len(roadmap)) for each in find_region_frontiers(roadmap, cover_radius, owner)]
 
 
 @kernel

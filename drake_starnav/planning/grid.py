@@ -117,12 +117,12 @@ class Grid:
     coverage: Coverage = field(default=Coverage(), compare=False)
 
     @staticmethod
-    def empty(resolution: float, robot_radius: float) -> "Grid":
+    def empty(resolution: float, cover_radius: float) -> "Grid":
         """Return a grid without hits; cell size and the robot's radius in m."""
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
         return Grid(
             resolution,
-            robot_radius + KEPT_BEYOND * robot_radius,
+            cover_radius + KEPT_BEYOND * cover_radius,
             first,
             rows,
             0,

@@ -15,7 +15,7 @@ BRIDGE_SPACING = 0.2
 """Spacing of the points between two hits that the robot does not fit between, as a share of its diameter."""
 
 
-def bridge_observed_hits(observation: Observation, margins: Margins, robot_radius: float) -> np.ndarray:
+def bridge_observed_hits(observation: Observation, margins: Margins, cover_radius: float) -> np.ndarray:
     """Return hits, and points between neighbouring hits that are closer than the robot's diameter; shape (n, 2).
 
     In W, m. A wall seen at a grazing angle thus remains closed although its hits are far apart. Only beams that
@@ -24,11 +24,11 @@ def bridge_observed_hits(observation: Observation, margins: Margins, robot_radiu
     Args:
         observation: the scan and its pose.
         margins: how the ranges are smoothed.
-        robot_radius: m.
+        cover_radius: m.
     """
     x, y, yaw = observation.pose
     distance = smooth_distances(observation.scan, margins.smoothing_slack)
-    return bridge_hits(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * robot_radius)
+    return bridge_hits(observation.scan.beams, distance, (x, y, math.cos(yaw), math.sin(yaw)), 2.0 * cover_radius)
 
 
 @kernel

@@ -64,7 +64,7 @@ def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInp
         return start_turn(progress._replace(standing_since=inputs.time), path_bearing, inputs)
     scan, robot_turns = inputs.observation.scan, is_turning(state)
     from_path = np.abs(measure_bearings_from_path(path_bearing, inputs))
-    is_near = scan.lost & (scan.distances < UNKNOWN_WITHIN * inputs.swept_radius)
+    is_near = scan.lost & (scan.distances < UNKNOWN_WITHIN * inputs.outer_radius)
     unseen = np.flatnonzero(is_near & (from_path <= 0.5 * math.pi))
     patience = STILL_TURNS if robot_turns and not math.isfinite(state.progress.looking_heading) else LOOKS_AFTER
     waits = inputs.time - progress.standing_since > patience and len(unseen) > 0
@@ -85,7 +85,7 @@ def may_turn_at_start(state: PlannerState, inputs: PlannerInput) -> bool:
         return False
     is_early = inputs.time - first.time < inputs.parameters.progress_timeout
     driven_distance = math.dist(first.pose[:2], inputs.observation.pose[:2].tolist())
-    return is_early and driven_distance < BEGINS_WITHIN * inputs.robot_radius
+    return is_early and driven_distance < BEGINS_WITHIN * inputs.cover_radius
 
 
 def find_path_bearing(state: PlannerState, inputs: PlannerInput) -> float:

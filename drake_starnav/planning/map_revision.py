@@ -67,7 +67,7 @@ def _find_shortest_range(beam, distance, ranges, increment, slack, wrap):
 
 
 def forget_contradicted(
-    nodes: tuple[Observation, ...], observers: Sequence[Observation], robot_radius: float
+    nodes: tuple[Observation, ...], observers: Sequence[Observation], cover_radius: float
 ) -> tuple[Observation, ...]:
     """Return nodes without the hits that later observations saw through, such as those of a door that has opened.
 
@@ -77,11 +77,11 @@ def forget_contradicted(
     Args:
         nodes: with their scans, and where these were taken.
         observers: the later observations.
-        robot_radius: m; by CONTRADICTION of it, there must be free space around and behind a hit.
+        cover_radius: m; by CONTRADICTION of it, there must be free space around and behind a hit.
     """
     if not nodes:
         return nodes
-    slack, hits = CONTRADICTION * robot_radius, [node.scan.mappable_hits for node in nodes]
+    slack, hits = CONTRADICTION * cover_radius, [node.scan.mappable_hits for node in nodes]
     counts = [np.count_nonzero(each) for each in hits]
     points = np.concatenate([find_mappable_hits(node)[0] for node in nodes])
     spacing = np.concatenate(
@@ -128,7 +128,7 @@ def _measure_free_range(points: np.ndarray, observation: Observation, slack: flo
 
 
 def find_consistent_regions(
-    roadmap: StarRoadmap, observation: Observation, margins: Margins, robot_radius: float
+    roadmap: StarRoadmap, observation: Observation, margins: Margins, cover_radius: float
 ) -> Sequence[StarRegion | None]:
     """Return the nodes' regions without the parts that a new scan contradicts by more than CONTRADICTION.
 
@@ -140,17 +140,17 @@ def find_consistent_regions(
         roadmap: the roadmap before.
         observation: the latest observation.
         margins: of the regions.
-        robot_radius: m.
+        cover_radius: m.
     """
     if not len(roadmap):
         return roadmap.regions
     new_hits = find_mappable_hits(observation)
     regions = list[StarRegion | None](roadmap.regions)
-    slack, gap = CONTRADICTION * robot_radius, float(new_hits[1].max(initial=0.0))
-    sizes = max(robot_radius + margins.preferred - slack, 0.0), JUMP * robot_radius - slack
-    for k in _find_contradicted_regions(roadmap.union, new_hits[0], robot_radius, sizes, gap).tolist():
+    slack, gap = CONTRADICTION * cover_radius, float(new_hits[1].max(initial=0.0))
+    sizes = max(cover_radius + margins.preferred - slack, 0.0), JUMP * cover_radius - slack
+    for k in _find_contradicted_regions(roadmap.union, new_hits[0], cover_radius, sizes, gap).tolist():
         region = roadmap.regions[k]
-        regions[k] = _cut_back_to_hits(region, *new_hits, robot_radius + region.margin)
+        regions[k] = _cut_back_to_hits(region, *new_hits, cover_radius + region.margin)
     if margins.drop_seen_through:
         reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
         is_near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach

@@ -68,7 +68,7 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     view = tuple(scan.beams), (x, y, math.cos(yaw), math.sin(yaw)), inputs.margins.smoothing_slack
     known = tuple(roadmap.union), tuple(region.as_union), state.is_retrying, roadmap.grid.arrays
     place = inputs.position.tolist()  # plain tuples are handed over six times as fast
-    return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.robot_radius))
+    return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.cover_radius))
 
 
 def is_facing(inputs: PlannerInput, position: np.ndarray) -> bool:
@@ -92,39 +92,39 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @kernel
-def _check(x, y, driven, plan, known, view, robot_radius):
+def _check(x, y, driven, plan, known, view, cover_radius):
     """Return the fields of a `PlanCheck`, as for `check_plan`; `driven` since the last node and since the plan, m."""
     (path, probe, beyond), (union, region, retrying, hits) = plan, known
     union, region = RegionUnion(*union), RegionUnion(*region)
-    tolerance = OUTSIDE_TOLERANCE * robot_radius
+    tolerance = OUTSIDE_TOLERANCE * cover_radius
     sees_probe = (
-        driven[0] > PROBE_SEEN_AFTER * robot_radius
+        driven[0] > PROBE_SEEN_AFTER * cover_radius
         and len(probe) > 0
         and find_covering_region(region, probe[0, 0], probe[0, 1], 0.0) >= 0
     )
     is_outside = driven[0] > tolerance and find_covering_region(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, is_outside, False, 0, False, False
-    passed_count = count_passed_points(x, y, path, region if retrying else union, robot_radius)
+    passed_count = count_passed_points(x, y, path, region if retrying else union, cover_radius)
     has_strayed = (
         find_covering_region(union, x, y, 0.0) >= 0
-        and find_first_departure(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, robot_radius) > 0.0
+        and find_first_departure(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, cover_radius) > 0.0
     )
-    is_uncertain = _is_uncertain(path, x, y, hits, robot_radius) or _is_uncertain(beyond, x, y, hits, robot_radius)
+    is_uncertain = _is_uncertain(path, x, y, hits, cover_radius) or _is_uncertain(beyond, x, y, hits, cover_radius)
     is_blocked = False
-    if driven[1] > REPLAN_DISTANCE * robot_radius and len(beyond) > 1:  # there is something beyond the probe
+    if driven[1] > REPLAN_DISTANCE * cover_radius and len(beyond) > 1:  # there is something beyond the probe
         beams, place, slack = Beams(*view[0]), view[1], view[2]
         distance = average_neighbours(beams, np.int64(SMOOTHING_BEAMS), slack)
-        is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * robot_radius), robot_radius)
+        is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * cover_radius), cover_radius)
     return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_uncertain
 
 
 @kernel
-def _is_uncertain(way, x, y, hits, robot_radius):
+def _is_uncertain(way, x, y, hits, cover_radius):
     """Return whether hits seem to close a way (k, 2) within UNCERTAIN_WITHIN of (x, y)."""
     for i in range(len(way)):
-        is_near = math.hypot(way[i, 0] - x, way[i, 1] - y) < UNCERTAIN_WITHIN * robot_radius
-        if is_near and measure_distance_at(hits, way[i, 0], way[i, 1]) < robot_radius:
+        is_near = math.hypot(way[i, 0] - x, way[i, 1] - y) < UNCERTAIN_WITHIN * cover_radius
+        if is_near and measure_distance_at(hits, way[i, 0], way[i, 1]) < cover_radius:
             return True
     return False
 
@@ -142,13 +142,13 @@ def count_passed_points(x, y, path, union, radius):
 
 
 @kernel
-def is_obstructed(path, points, robot_radius):
+def is_obstructed(path, points, cover_radius):
     """Return whether points (n, 2) that the robot must not touch block an optimistic path (k, 2), all in W, m.
 
     Every second point of the path counts, as its steps are shorter than the robot. The first one, the probe, does not:
     it may lie near the obstacle at which the exit was found.
     """
-    distance = robot_radius - OBSTRUCTION_SLACK * robot_radius
+    distance = cover_radius - OBSTRUCTION_SLACK * cover_radius
     low_x = low_y = np.inf
     high_x = high_y = -np.inf
     for j in range(len(points)):

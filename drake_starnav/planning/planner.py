@@ -129,12 +129,12 @@ def may_stand(state: PlannerState, inputs: PlannerInput) -> bool:
 
 def is_any_near(distances: np.ndarray, inputs: PlannerInput) -> bool:
     """Return whether the robot may be giving way to something at one of these distances, m."""
-    return bool((distances < AVOIDED_WITHIN * inputs.robot_radius).any())
+    return bool((distances < AVOIDED_WITHIN * inputs.cover_radius).any())
 
 
 def find_progress_distance(inputs: PlannerInput) -> float:
     """Return the length of a motion that counts as progress, m."""
-    return PROGRESS_DISTANCE * inputs.robot_radius
+    return PROGRESS_DISTANCE * inputs.cover_radius
 
 
 def find_failed_path(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
@@ -153,18 +153,18 @@ def update_roadmap(
     With a new node the path is discarded, so that another one is planned.
     """
     node_distance = distance_to(inputs.position, state.progress.node_position)
-    is_spaced = node_distance > inputs.parameters.spacing(inputs.robot_radius)
+    is_spaced = node_distance > inputs.parameters.spacing(inputs.cover_radius)
     is_due = (
         has_stalled
-        or (is_at_exit(state, inputs) and node_distance >= 0.5 * PASSED_DISTANCE * inputs.robot_radius)
+        or (is_at_exit(state, inputs) and node_distance >= 0.5 * PASSED_DISTANCE * inputs.cover_radius)
         or is_node_due(state, current_region, check, is_spaced)
         or (inputs.has_limited_view and sees_exit_after_turn(state, current_region, inputs))
     )
     if not (is_due or is_spaced):
         return state
-    regions = find_consistent_regions(state.roadmap, inputs.observation, inputs.margins, inputs.robot_radius)
+    regions = find_consistent_regions(state.roadmap, inputs.observation, inputs.margins, inputs.cover_radius)
     is_contradicted = regions is not state.roadmap.regions
-    roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.robot_radius)
+    roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.cover_radius)
     progress = state.progress._replace(node_position=inputs.position.copy())
     state = replace_fields(state, roadmap=roadmap, progress=progress)
     return add_latest_node(state, inputs) if is_contradicted or is_due else state
@@ -186,7 +186,7 @@ def is_node_due(state: PlannerState, region: StarRegion, check: PlanCheck, is_sp
 def is_at_exit(state: PlannerState, inputs: PlannerInput) -> bool:
     """Return whether the robot is at the viewpoint of the exit."""
     viewpoint = None if state.route.exit is None else state.route.exit[0]
-    return viewpoint is not None and distance_to(inputs.position, viewpoint) < PASSED_DISTANCE * inputs.robot_radius
+    return viewpoint is not None and distance_to(inputs.position, viewpoint) < PASSED_DISTANCE * inputs.cover_radius
 
 
 def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerInput) -> PlannerState:
@@ -200,7 +200,7 @@ def discard_blocked_path(state: PlannerState, check: PlanCheck, inputs: PlannerI
         state = discard_path(state)
     points = find_narrow_gap_hits(state, inputs) if check.is_uncertain or state.is_retrying else EMPTY_PATH
     if check.is_blocked:
-        points = np.vstack((points, bridge_observed_hits(inputs.observation, inputs.margins, inputs.robot_radius)))
+        points = np.vstack((points, bridge_observed_hits(inputs.observation, inputs.margins, inputs.cover_radius)))
     if not len(points):
         return state
     roadmap = replace_fields(state.roadmap, grid=state.roadmap.grid.add_hits(points))
@@ -255,7 +255,7 @@ def start_route(state: PlannerState, route: Route, inputs: PlannerInput) -> Plan
 def forget_all(state: PlannerState, inputs: PlannerInput) -> PlannerState:
     """Return the state before the first scan, but for keep-outs and the time without progress."""
     keep_outs = replace_fields(state.roadmap.closures, failed_places=EMPTY_PATH)
-    initial = PlannerState.initial(inputs.parameters, inputs.robot_radius, inputs.swept_radius, keep_outs)
+    initial = PlannerState.initial(inputs.parameters, inputs.cover_radius, inputs.outer_radius, keep_outs)
     progress = initial.progress._replace(position=state.progress.position, time=state.progress.time)
     return replace_fields(initial, progress=progress)
 
@@ -336,6 +336,6 @@ def find_open_route(
 
 def is_at_unseen_exit(route: Route, current_region: StarRegion, inputs: PlannerInput) -> bool:
     """Return whether a route leaves the regions where the robot is, and the latest scan does not show its probe."""
-    if route.exit is None or distance_to(route.exit[0], inputs.position) > PASSED_DISTANCE * inputs.robot_radius:
+    if route.exit is None or distance_to(route.exit[0], inputs.position) > PASSED_DISTANCE * inputs.cover_radius:
         return False
     return find_covering_region(current_region.as_union, *route.exit[1], 0.0) < 0

@@ -64,25 +64,25 @@ class StarRoadmap:
     @staticmethod
     def empty(
         parameters: PlannerParameters,
-        robot_radius: float,
-        swept_radius: float = 0.0,
+        cover_radius: float,
+        outer_radius: float = 0.0,
         closures: ClosedPlaces = NOTHING_CLOSED,
     ) -> "StarRoadmap":
         """Return a roadmap before the first scan, of a robot with radii as of `PlannerInput`, m, and with keep-outs."""
-        grid = Grid.empty(parameters.cell(robot_radius), max(robot_radius, swept_radius))
+        grid = Grid.empty(parameters.cell(cover_radius), max(cover_radius, outer_radius))
         return StarRoadmap(grid.add_hits(closures.all_keep_outs), closures=closures)
 
 
-def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, robot_radius: float) -> StarRoadmap:
+def add_node(roadmap: StarRoadmap, node: Observation, margins: Margins, cover_radius: float) -> StarRoadmap:
     """Return the roadmap with one more node and its hits.
 
     Args:
         roadmap: the roadmap before.
         node: with its region.
         margins: of the regions.
-        robot_radius: m.
+        cover_radius: m.
     """
-    return append_node(roadmap, node, roadmap.grid.add_hits(bridge_observed_hits(node, margins, robot_radius)))
+    return append_node(roadmap, node, roadmap.grid.add_hits(bridge_observed_hits(node, margins, cover_radius)))
 
 
 def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoadmap:
@@ -96,7 +96,7 @@ def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoad
 
 
 def replace_regions(
-    roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, robot_radius: float
+    roadmap: StarRoadmap, regions: Sequence[StarRegion | None], margins: Margins, cover_radius: float
 ) -> StarRoadmap:
     """Return the roadmap with these regions of its nodes (None: dropped).
 
@@ -111,7 +111,7 @@ def replace_regions(
     )
     grid = roadmap.grid
     if margins.drop_seen_through:
-        grid = rebuild_grid(grid, roadmap.closures, nodes, margins, robot_radius)
+        grid = rebuild_grid(grid, roadmap.closures, nodes, margins, cover_radius)
     if not nodes:
         return StarRoadmap(dataclasses.replace(grid, coverage=Coverage()), closures=roadmap.closures)
     old, is_kept = roadmap.union, np.array([region is not None for region in regions])
@@ -129,20 +129,20 @@ def replace_regions(
     return StarRoadmap(grid.count_regions(changed_regions, new_values, union.bounds), nodes, union, roadmap.closures)
 
 
-def refit_regions(roadmap: StarRoadmap, margins: Margins, robot_radius: float) -> StarRoadmap:
+def refit_regions(roadmap: StarRoadmap, margins: Margins, cover_radius: float) -> StarRoadmap:
     """Return a roadmap of the same scans and hits, with the open part of each scan's region, fitted anew."""
-    whole_regions = [node.refit(robot_radius, margins).region for node in roadmap.nodes]
+    whole_regions = [node.refit(cover_radius, margins).region for node in roadmap.nodes]
     regions = [roadmap.closures.open_part(region) for region in whole_regions if region is not None]
-    return replace_regions(roadmap, regions, margins, robot_radius)
+    return replace_regions(roadmap, regions, margins, cover_radius)
 
 
 def rebuild_grid(
-    grid: Grid, closures: ClosedPlaces, nodes: Sequence[Observation], margins: Margins, robot_radius: float
+    grid: Grid, closures: ClosedPlaces, nodes: Sequence[Observation], margins: Margins, cover_radius: float
 ) -> Grid:
     """Return a grid with no other hits than keep-outs and those of nodes."""
     grid = grid.without_hits().add_hits(closures.all_keep_outs)
     for node in nodes:
-        grid = grid.add_hits(bridge_observed_hits(node, margins, robot_radius))
+        grid = grid.add_hits(bridge_observed_hits(node, margins, cover_radius))
     return grid
 
 

@@ -42,12 +42,12 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     """
     roadmap, position, union = state.roadmap, inputs.position, state.roadmap.union
     tolerance, margin = inputs.goal_tolerance, inputs.margins.preferred
-    candidates = list_goal_candidates(roadmap.grid, inputs.goal, tolerance, inputs.robot_radius, margin)
+    candidates = list_goal_candidates(roadmap.grid, inputs.goal, tolerance, inputs.cover_radius, margin)
     known_places = np.flatnonzero(
         current_region.as_union.contains(candidates.places) | union.contains(candidates.places)
     )
     goal = candidates.places[known_places[0]] if len(known_places) else candidates.goal
-    straight = tuple(position), tuple(goal), 0.0, inputs.robot_radius
+    straight = tuple(position), tuple(goal), 0.0, inputs.cover_radius
     if len(known_places) and (
         find_covering_region(current_region.as_union, *goal, 0.0) >= 0 or find_first_departure(union, *straight) < 0.0
     ):
@@ -57,37 +57,37 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
         return None
     sight = current_region.as_union if state.is_retrying else union
     path, last, first = _find_exit(
-        path, 0.5 * STRIDE * roadmap.grid.resolution, union, LENGTH_OUTSIDE * inputs.robot_radius
+        path, 0.5 * STRIDE * roadmap.grid.resolution, union, LENGTH_OUTSIDE * inputs.cover_radius
     )
     if first < 0:
         return Route(
-            pull_string(np.vstack((path, goal)) if len(known_places) else path, position, sight, inputs.robot_radius)
+            pull_string(np.vstack((path, goal)) if len(known_places) else path, position, sight, inputs.cover_radius)
         )
     way, path_beyond = path[: last + 1], path[first:]
-    aim = find_frontier_point(state, inputs.robot_radius, path[last], path[first]) if last else None
-    if aim is not None and find_first_departure(union, tuple(path[last]), tuple(aim), 0.0, inputs.robot_radius) < 0.0:
+    aim = find_frontier_point(state, inputs.cover_radius, path[last], path[first]) if last else None
+    if aim is not None and find_first_departure(union, tuple(path[last]), tuple(aim), 0.0, inputs.cover_radius) < 0.0:
         way = np.vstack((way, aim))
-    return Route(pull_string(way, position, sight, inputs.robot_radius), np.vstack((way[-1], path[first])), path_beyond)
+    return Route(pull_string(way, position, sight, inputs.cover_radius), np.vstack((way[-1], path[first])), path_beyond)
 
 
 def find_frontier_point(
-    state: PlannerState, robot_radius: float, last_inside: np.ndarray, first_outside: np.ndarray
+    state: PlannerState, cover_radius: float, last_inside: np.ndarray, first_outside: np.ndarray
 ) -> np.ndarray | None:
     """Return the frontier point (2,) of the frontier that the path crosses between two places (2,); None without one.
 
     It lies as far inside the boundary as its probe lies outside.
     """
     owner = find_covering_region(state.roadmap.union, *last_inside, 0.0)
-    frontiers = find_region_frontiers(state.roadmap, robot_radius, owner) if owner >= 0 else []
+    frontiers = find_region_frontiers(state.roadmap, cover_radius, owner) if owner >= 0 else []
     crossing = 0.5 * (last_inside + first_outside)
     frontier_distances = [np.hypot(*(frontier.boundary - crossing).T) for frontier in frontiers]
     nearest = [float(each.min()) for each in frontier_distances]
-    if not frontiers or min(nearest) > CROSSING_DISTANCE * robot_radius:
+    if not frontiers or min(nearest) > CROSSING_DISTANCE * cover_radius:
         return None
     k = nearest.index(min(nearest))
     line, probe, arc_lengths = frontiers[k].boundary, frontiers[k].probes, measure_arc_lengths(frontiers[k].boundary)
     at = arc_lengths[frontier_distances[k].argmin()]
-    at += np.clip(0.5 * arc_lengths[-1] - at, -LARGEST_EXIT_SHIFT * robot_radius, LARGEST_EXIT_SHIFT * robot_radius)
+    at += np.clip(0.5 * arc_lengths[-1] - at, -LARGEST_EXIT_SHIFT * cover_radius, LARGEST_EXIT_SHIFT * cover_radius)
     on, out = (np.array([np.interp(at, arc_lengths, side) for side in points.T]) for points in (line, probe))
     return 2.0 * on - out
 
@@ -96,9 +96,9 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
     """Return the optimistic cost-to-go over hits and closures, from the goal (2,) to the robot."""
     roadmap, position = state.roadmap, inputs.position
     places = np.vstack((roadmap.grid.bounds, roadmap.union.bounds, goal, position))
-    border = SEARCH_BORDER * inputs.robot_radius
+    border = SEARCH_BORDER * inputs.cover_radius
     failed_places, uncertainty = roadmap.closures.failed_places, compute_clearance_uncertainty(inputs)
-    params = CostmapParams(inputs.robot_radius, failed_places, uncertainty, inputs.swept_radius)
+    params = CostmapParams(inputs.cover_radius, failed_places, uncertainty, inputs.outer_radius)
     return compute_cost_to_go(
         roadmap.grid, goal, places.min(axis=0) - border, places.max(axis=0) + border, params, position
     )
@@ -106,8 +106,8 @@ def build_cost_field(state: PlannerState, goal: np.ndarray, inputs: PlannerInput
 
 def compute_clearance_uncertainty(inputs: PlannerInput) -> float:
     """Return by how much a cell's distance from the hits may be too small, m; less for a robot as small as a cell."""
-    cell = inputs.parameters.cell(inputs.robot_radius)
-    half_diagonal, most_uncertainty = math.hypot(0.5, 0.5) * cell, inputs.robot_radius - STRIDE * cell
+    cell = inputs.parameters.cell(inputs.cover_radius)
+    half_diagonal, most_uncertainty = math.hypot(0.5, 0.5) * cell, inputs.cover_radius - STRIDE * cell
     return max(min(half_diagonal + UNCERTAIN_MARGINS * inputs.margins.least, most_uncertainty), 0.0)
 
 

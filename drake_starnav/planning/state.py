@@ -171,12 +171,12 @@ class PlannerState:
     @staticmethod
     def initial(
         parameters: PlannerParameters,
-        robot_radius: float,
-        swept_radius: float = 0.0,
+        cover_radius: float,
+        outer_radius: float = 0.0,
         closures: ClosedPlaces = NOTHING_CLOSED,
     ) -> "PlannerState":
         """Return the state before the first scan; arguments as for `StarRoadmap.empty`."""
-        return PlannerState(StarRoadmap.empty(parameters, robot_radius, swept_radius, closures))
+        return PlannerState(StarRoadmap.empty(parameters, cover_radius, outer_radius, closures))
 
     def with_new_goal(self) -> "PlannerState":
         """Return the state after a change of the goal: map and closures are kept, the plan is reset."""
@@ -196,10 +196,10 @@ class PlannerState:
             recent_observations=(),
         )
 
-    def frontiers(self, robot_radius: float) -> np.ndarray:
+    def frontiers(self, cover_radius: float) -> np.ndarray:
         """Return the frontiers as line segments, shape (n, 2, 2), W, m, for a robot of this radius, m."""
-        frontiers = find_frontiers(self.roadmap, robot_radius)
-        lines = [simplify_polyline(each.boundary, STRAIGHT * robot_radius) for each in frontiers]
+        frontiers = find_frontiers(self.roadmap, cover_radius)
+        lines = [simplify_polyline(each.boundary, STRAIGHT * cover_radius) for each in frontiers]
         return np.concatenate([np.zeros((0, 2, 2)), *(np.stack((each[:-1], each[1:]), axis=1) for each in lines)])
 
     @cached_property
@@ -243,7 +243,7 @@ class PlannerInput(NamedTuple):
         time: then, s.
         parameters: of the roadmap.
         margins: of its regions.
-        robot_radius: cover radius of the footprint, m.
+        cover_radius: cover radius of the footprint, m.
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
         manoeuvre_context: what the manoeuvres of a robot need that is no disc.
@@ -256,16 +256,16 @@ class PlannerInput(NamedTuple):
     time: float
     parameters: PlannerParameters
     margins: Margins
-    robot_radius: float
+    cover_radius: float
     goal_tolerance: float = 0.0
     interval: float = 0.0
     manoeuvre_context: ManoeuvreContext | None = None
     heading: float = math.nan
 
     @property
-    def swept_radius(self) -> float:
+    def outer_radius(self) -> float:
         """Radius of the disc that the robot covers when it turns, m."""
-        return self.robot_radius if self.manoeuvre_context is None else self.manoeuvre_context.footprint.radius
+        return self.cover_radius if self.manoeuvre_context is None else self.manoeuvre_context.footprint.radius
 
     @property
     def has_limited_view(self) -> bool:

@@ -37,7 +37,7 @@ STOPPED_DISTANCE = 0.001
 """A robot that stops within this distance counts as standing, m: numerics."""
 
 
-class Clear(NamedTuple):
+class ClearanceCertificate(NamedTuple):
     """Accepts motions on which the robot keeps a margin to all surfaces, within what was seen.
 
     Attributes:

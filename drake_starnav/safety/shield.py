@@ -16,7 +16,7 @@ from drake_starnav.robot.motion import (
     sample,
 )
 from drake_starnav.safety.certificates import Certificate, all_accept
-from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear, star_covers
+from drake_starnav.safety.clear import STOPPED_DISTANCE, ClearanceCertificate, star_covers
 
 
 def shield_twist(
@@ -33,7 +33,7 @@ def shield_twist(
     `find_certified_twist`.
     """
     only_certificate = certificates[0] if len(certificates) == 1 else None
-    star = only_certificate.sufficient_star if isinstance(only_certificate, Clear) else None
+    star = only_certificate.sufficient_star if isinstance(only_certificate, ClearanceCertificate) else None
     if star is not None:
         driven_twist, places = np.empty(len(twist)), actuation.footprint.cover
         if _can_drive(pose, twist, desired_twist, actuation.numbers, star, places, driven_twist):

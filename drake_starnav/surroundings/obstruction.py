@@ -107,9 +107,9 @@ def _describe_hit_beside(star: CertifiedStar, scan: LaserScan, shape: Footprint,
     )
 
 
-def _describe_moving_obstacle(scan: LaserScan, robot_radius: float) -> str:
+def _describe_moving_obstacle(scan: LaserScan, cover_radius: float) -> str:
     """Return where the nearest obstacle that moves is, if any is near."""
-    if not (scan.distances[scan.moving] <= AVOIDED_WITHIN * robot_radius).any():
+    if not (scan.distances[scan.moving] <= AVOIDED_WITHIN * cover_radius).any():
         return ""
     return f"too near: an obstacle that moves, {describe_nearest(scan, scan.moving)}"
 

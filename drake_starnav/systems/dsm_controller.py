@@ -66,7 +66,7 @@ class DsmController(Controller):
             stopwatch: notes `command` times, if given.
         """
         super().__init__(stopwatch)
-        self._follow, self._obstacles, self._state_lead = propose, obstacles, state_lead
+        self._propose_twist, self._obstacles, self._state_lead = propose, obstacles, state_lead
         self._robot, self._margin = robot, margins.safety
         self._actuation = Actuation(robot.limits, robot.shape, 1.0 / controller.rate, controller.delay, robot.drive)
         self._guidance = self.DeclareAbstractInputPort("guidance", Value(Guidance.none()))
@@ -92,7 +92,7 @@ class DsmController(Controller):
 
     def _propose(self, read: tuple[ControllerInputs, TrackedObstacles | None]) -> Proposal:
         inputs, tracked_obstacles = read
-        proposal = self._follow(inputs, self._robot)
+        proposal = self._propose_twist(inputs, self._robot)
         if tracked_obstacles is None:
             return proposal
         surroundings, position, actuation = inputs.surroundings, inputs.pose[:2], self._actuation

@@ -171,7 +171,7 @@ class StarRoadmapPlanner(LeafSystem):
         standing_place, standing_since = previous_plan.stand, previous_plan.since
         if (
             has_new_goal
-            or not distance_to(planner_input.position, standing_place) <= STAND * planner_input.robot_radius
+            or not distance_to(planner_input.position, standing_place) <= STAND * planner_input.cover_radius
         ):
             standing_place, standing_since = planner_input.position.copy(), time
         return _Plan(next_state, planner_input.goal, time, standing_place, standing_since)

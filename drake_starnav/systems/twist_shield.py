@@ -17,7 +17,7 @@ from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Actuation, BrakingMotion, roll_out
 from drake_starnav.safety.certificates import Certificate
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.safety.shield import make_braking_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.surroundings import Surroundings
@@ -149,7 +149,7 @@ class TwistShield(Unshielded):
         surroundings, actuation = self._surroundings.Eval(context), self._actuation
         standard: tuple[Certificate, ...]
         if self._obstacles is None:
-            standard = (Clear(surroundings, self._margin, actuation.footprint),)
+            standard = (ClearanceCertificate(surroundings, self._margin, actuation.footprint),)
         else:
             tracks = self._tracks.Eval(context)
             tracked_obstacles = TrackedObstacles(

@@ -9,7 +9,7 @@ from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.certificates import all_accept
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.safety.shield import make_braking_twist, ramp_twist
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
@@ -88,7 +88,7 @@ class KinematicRobot:
         actuation, poses = self._actuation, []
         base, limits, footprint = actuation.base, actuation.limits, actuation.footprint
         desired = base.saturate(desired, limits)
-        certificates = (Clear(self.seen.surroundings, self._margin, footprint),)
+        certificates = (ClearanceCertificate(self.seen.surroundings, self._margin, footprint),)
         proposals = list(base.proposals(desired, limits))
         for _ in range(count):
             pose, twist = self.pose, self.twist

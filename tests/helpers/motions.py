@@ -9,7 +9,7 @@ from drake_starnav.geometry.footprint import disc
 from drake_starnav.robot import BASES, Limits, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.certificates import all_accept
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.safety.shield import find_certified_twist, ramp_twist
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.surroundings import Surroundings
@@ -30,9 +30,9 @@ def only_star(values: np.ndarray, center: np.ndarray = ORIGIN) -> Surroundings:
     return replace_fields(Surroundings.unknown(), certified_star=CertifiedStar(center, 0.0, values))
 
 
-def clear(star: Surroundings) -> Clear:
+def clear(star: Surroundings) -> ClearanceCertificate:
     """The certificate of a disc of 0.25 m with the margin that a star was made for; none if it is no scan's."""
-    return Clear(star, max(star.certified_star.radius - 0.25, 0.0), disc(0.25))
+    return ClearanceCertificate(star, max(star.certified_star.radius - 0.25, 0.0), disc(0.25))
 
 
 def motion(

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_starnav.control import ControllerInputs, follow_guidance
 from drake_starnav.planning import PlannerInput, PlannerState, plan_step
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.safety.shield import shield_twist
 from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.scenario.schema import Scenario
@@ -95,7 +95,7 @@ def driven_states(scenario: Scenario, margins: Margins, seed: int, commands: int
             now = PlannerInput(known.observation, pose[:2], goal, k / rate, scenario.planner, margins, robot.radius)
             state = plan_step(state, now)
         inputs = ControllerInputs(pose, twist, state.guidance, known.surroundings)
-        asked = (Clear(known.surroundings, margins.safety, commanding.footprint),)
+        asked = (ClearanceCertificate(known.surroundings, margins.safety, commanding.footprint),)
         twist, _ = shield_twist(pose, twist, follow_guidance(inputs, robot).twist, asked, commanding)
         middle = pose[2] + 0.5 * twist[1] / rate
         pose = pose + np.array((twist[0] * np.cos(middle), twist[0] * np.sin(middle), twist[1])) / rate

@@ -12,7 +12,7 @@ from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.surroundings.certified_star import CertifiedStar
@@ -77,7 +77,7 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
     if not motion.grips:
         return False, math.inf
     star = seen_by(world, pose, shape, rng if noise else None)
-    certificate = Clear(star, MARGIN, shape)
+    certificate = ClearanceCertificate(star, MARGIN, shape)
     poses = sweep(pose, (twist, target), (delay, hold), limits)
     return certificate.accepts(motion), float(compute_body_clearance(world, poses, shape).min())
 
@@ -117,7 +117,7 @@ def test_a_rectangle_fits_where_the_disc_around_it_does_not():
             pose = np.array((x, 0.0, 0.0))
             star = seen_by(wall(gap), pose, shape)
             motion = roll_out(pose, twist, twist, Actuation(LIMITS, shape, PERIOD, 0.0))
-            accepted.append(Clear(star, MARGIN, shape).accepts(motion))
+            accepted.append(ClearanceCertificate(star, MARGIN, shape).accepts(motion))
         assert all(accepted) == fits
         assert gap < 2.0 * shape.radius
 
@@ -125,19 +125,19 @@ def test_a_rectangle_fits_where_the_disc_around_it_does_not():
 def test_nothing_is_accepted_without_a_scan_or_beyond_what_is_known():
     shape, pose = SHAPES["jackal"], np.zeros(3)
     standing = roll_out(pose, np.zeros(2), np.array((0.1, 0.0)), Actuation(LIMITS, shape, PERIOD, 0.0))
-    assert not Clear(Surroundings.unknown(), MARGIN, shape).accepts(standing)
+    assert not ClearanceCertificate(Surroundings.unknown(), MARGIN, shape).accepts(standing)
     star = seen_by(wall(1.0), pose, shape)
     near = replace_fields(star.view, reach=shape.radius - 0.01)  # even where the scan was taken
     views = star.current_views._replace(views=(near,))
     blind = replace_fields(star, certified_star=CertifiedStar.none(), current_views=views)
-    assert not Clear(blind, MARGIN, shape).accepts(standing)
+    assert not ClearanceCertificate(blind, MARGIN, shape).accepts(standing)
     fast = roll_out(
         pose + (1.5, 0.0, 0.0),
         np.array((0.8, 0.0)),
         np.array((0.8, 0.0)),
         Actuation(LIMITS, shape, 0.5, 0.0),
     )
-    assert not Clear(star, MARGIN, shape).accepts(fast)
+    assert not ClearanceCertificate(star, MARGIN, shape).accepts(fast)
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_what_an_arm_hides_from_the_lidar_is_unknown_until_a_look_has_seen_it(fi
     )
     way = np.append(np.arange(first, 0.0, 0.02), np.zeros(6))
     star = looks_at(world, np.column_stack((0.0 * way, way, 0.0 * way)), shape)
-    certificate = Clear(star, MARGINS.safety, shape)
+    certificate = ClearanceCertificate(star, MARGINS.safety, shape)
     acting, driven = Actuation(LIMITS, shape, PERIOD, 0.0, base), []
     for ahead in ((0.0, 0.3, 0.0), (0.0, -0.3, 0.0), (0.3, 0.0, 0.0)):
         pose, twist, target, steps = np.zeros(3), np.zeros(3), np.array(ahead), 0
@@ -276,7 +276,10 @@ def test_a_limited_view_accepts_nothing_that_touches(half: float, mount: Mount, 
     if not free or compute_body_clearance(world, begin[None], start)[0] < 0.0:
         return
     star = looks_at(world, np.array(poses), shape, mount, angle_min=-half, angle_increment=2.0 * half / 719)
-    certificate, most = Clear(star, MARGINS.safety, shape), np.array((LIMITS.max_speed, LIMITS.max_yaw_rate))
+    certificate, most = (
+        ClearanceCertificate(star, MARGINS.safety, shape),
+        np.array((LIMITS.max_speed, LIMITS.max_yaw_rate)),
+    )
     for _ in range(20):
         twist, target = rng.uniform(-most, most) * rng.integers(0, 2), rng.uniform(-most, most)
         motion = roll_out(poses[-1], twist, target, Actuation(LIMITS, shape, 0.1, 0.0))

@@ -29,10 +29,10 @@ PLACES = np.array([(-1.5, 0.0), (0.0, 0.0), (1.0, -0.5)])
 HERE = np.array((0.5, -0.2, 0.3))
 
 
-def reconcile(roadmap, observation, margins, robot_radius):
+def reconcile(roadmap, observation, margins, cover_radius):
     """The roadmap without what a new scan contradicts."""
     return replace_regions(
-        roadmap, find_consistent_regions(roadmap, observation, margins, robot_radius), margins, robot_radius
+        roadmap, find_consistent_regions(roadmap, observation, margins, cover_radius), margins, cover_radius
     )
 
 

@@ -13,7 +13,7 @@ from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import Motion, roll_out
 from drake_starnav.safety.certificates import all_accept
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.safety.shield import find_certified_twist
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
@@ -71,7 +71,7 @@ def test_all_certificates_are_asked_for_all_that_is_declared(seed: int, margin: 
     pose, twist = rng.uniform(-0.2, 0.2, 3), rng.uniform((0.0, -2.0), (0.8, 2.0))
     commands = actuation(ROBOT, hold=0.1, delay=delay)
     motion = roll_out(pose, twist, rng.uniform((-0.3, -2.0), (0.8, 2.0)), commands)
-    clear = Clear(star, margin, ROBOT.shape)
+    clear = ClearanceCertificate(star, margin, ROBOT.shape)
     near_by = MovingCertificate.near(tracked, pose[:2], commands)
     assert near_by.distance == pytest.approx(MOVING_MARGIN * 0.25)
     asked = make_certificates(star, margin, commands, pose[:2], tracked)

@@ -11,7 +11,7 @@ from drake_starnav.geometry.footprint import footprint
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import Actuation, roll_out
-from drake_starnav.safety.clear import Clear
+from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import certified, limited_twist, motion, only_star, starred_twist
@@ -205,7 +205,10 @@ def test_of_polygons_all_discs_that_cover_them_stay_inside_however_the_robot_is_
     driven = roll_out(pose, np.zeros(2), rng.uniform(-SPEEDS, SPEEDS), Actuation(LIMITS, shape, 0.2, 0.0))
     turns = np.array([((math.cos(a), -math.sin(a)), (math.sin(a), math.cos(a))) for a in driven.pose[1:, 2]])
     centers = driven.position[1:, None] + np.einsum("nij,mj->nmi", turns, shape.cover)
-    assert Clear(star, 0.01, shape).accepts(driven) == star.certified_star.union.contains(centers.reshape(-1, 2)).all()
+    assert (
+        ClearanceCertificate(star, 0.01, shape).accepts(driven)
+        == star.certified_star.union.contains(centers.reshape(-1, 2)).all()
+    )
 
 
 def ring(reach: float) -> Surroundings:

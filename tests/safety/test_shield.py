@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import roll_out
-from drake_starnav.safety.clear import STOPPED_DISTANCE, Clear
+from drake_starnav.safety.clear import STOPPED_DISTANCE, ClearanceCertificate
 from drake_starnav.safety.shield import find_certified_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.surroundings import Surroundings
 from tests.helpers.motions import PERIOD, actuation, limited_twist, only_star, starred_twist
@@ -59,7 +59,11 @@ def test_a_free_twist_passes_within_the_limits() -> None:
 def test_the_ordinary_case_in_one_call_drives_what_the_certificates_do_one_by_one(base, acceleration, braking) -> None:
     robot = dataclasses.replace(ROBOT, base=base, max_speed=2.0, max_yaw_rate=4.0)
     robot = dataclasses.replace(robot, max_acceleration=acceleration, max_deceleration=braking)
-    star, now, edge = Clear(wall(), 0.0, robot.shape), actuation(robot, delay=0.05), 0.7 - robot.shape.cover[:, 0].max()
+    star, now, edge = (
+        ClearanceCertificate(wall(), 0.0, robot.shape),
+        actuation(robot, delay=0.05),
+        0.7 - robot.shape.cover[:, 0].max(),
+    )
     rng, size, ordinary, sliding = np.random.default_rng(1), len(robot.drive.components), 0, 0
     for _ in range(200):
         pose = np.array((edge - rng.uniform(0.0, 1.0 / braking), 0.0, 0.5 * rng.random()))
