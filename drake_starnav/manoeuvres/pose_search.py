@@ -280,13 +280,20 @@ def _compute_turn_to_go(yaw, goals, turn_cost):
     return least
 
 
-@kernel
-def _add_shot(nodes, parents, count, n, goal, heading, gear):
-    """Add the three poses of a straight way from pose n to a goal: after the turn, the drive, and the last turn."""
-    put(nodes, count, (nodes[n, 0], nodes[n, 1], heading, 0.0))
-    put(nodes, count + 1, (goal[0], goal[1], heading, gear))
-    put(nodes, count + 2, (goal[0], goal[1], heading + wrap_angle(goal[2] - heading), 0.0))
-    parents[count], parents[count + 1], parents[count + 2] = n, count, count + 1
+class _Tree(NamedTuple):
+    """The poses that a search has reached, for compiled functions.
+
+    Attributes:
+        nodes: shape (k, 4): x, y, yaw in W, and gear.
+        parents: the predecessor of each, shape (k,); -1 of a start.
+        costs: of the way to each, shape (k,), m.
+        best: least cost by cell and heading, shape (SIDE, SIDE, HEADINGS), m.
+    """
+
+    nodes: np.ndarray
+    parents: np.ndarray
+    costs: np.ndarray
+    best: np.ndarray
 
 
 @kernel
@@ -299,65 +306,95 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
     With `is_leaving` the search starts at the goal and also ends where the robot may turn freely; its result is driven
     backwards.
     """
-    usual, first_primitives, cell = primitives.usual, primitives.first, space.grid[2]
-    can_shoot = (usual[:, 4] == 0.0).any()
+    can_shoot = (primitives.usual[:, 4] == 0.0).any()
+    room = MOST_CHECKS + len(starts) + len(primitives.usual) + len(primitives.first) + 3
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
-    room = MOST_CHECKS + len(starts) + len(usual) + len(first_primitives) + 3
-    nodes, parents, costs = np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room)
-    queue, count, expanded_count, checks = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
+    tree = _Tree(np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room), best)
+    queue, count, checks, expanded_count = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
     heapq.heapify(queue)
     for n in range(count):
-        put(nodes, n, (starts[n, 0], starts[n, 1], starts[n, 2], 0.0))
-        costs[n] = starts[n, 4]
+        put(tree.nodes, n, (starts[n, 0], starts[n, 1], starts[n, 2], 0.0))
+        tree.costs[n] = starts[n, 4]
     while len(queue) > 0 and checks < MOST_CHECKS:
         expanded_count += 1
         _, n, is_ending = heapq.heappop(queue)
         if is_ending:
-            return nodes[:count], parents[:count], n
-        x, y, yaw, gear = nodes[n]
+            return tree.nodes[:count], tree.parents[:count], n
+        is_start = n < len(starts)
         for k in range(len(goals)):
-            goal = goals[k]
-            goal_distance, ending_cost = math.hypot(goal[0] - x, goal[1] - y), costs[n] + HEURISTIC_WEIGHT * goal[4]
-            if goal_distance < NEAR_GOAL * space.body.radius and abs(wrap_angle(yaw - goal[2])) < goal[3]:
-                heapq.heappush(queue, (ending_cost, n, True))
-            elif (
-                can_shoot
-                and k == expanded_count // SHOOT_EVERY % len(goals)
-                and (goal_distance < SHOOT_NEAR * cell or expanded_count % SHOOT_EVERY == 0)
-            ):
-                first, last = (goal, nodes[n]) if is_leaving else (nodes[n], goal)
-                shot, heading, more = _shoot_straight(first, last, space, is_leaving or n < len(starts))
-                checks += more
-                if shot != 0.0:
-                    _add_shot(nodes, parents, count, n, goal, heading, -shot if is_leaving else shot)
-                    heapq.heappush(queue, (ending_cost + HEURISTIC_WEIGHT * goal_distance, count + 2, True))
-                    count += 3
+            may_shoot = can_shoot and k == expanded_count // SHOOT_EVERY % len(goals)
+            reach = np.inf if expanded_count % SHOOT_EVERY == 0 else SHOOT_NEAR * space.grid[2]
+            added, more = _end_at_goal(
+                tree, queue, n, count, goals[k], reach if may_shoot else 0.0, space, is_leaving, is_start
+            )
+            count, checks = count + added, checks + more
         if is_leaving and can_shoot:
+            x, y, yaw = tree.nodes[n, 0], tree.nodes[n, 1], tree.nodes[n, 2]
             free, more = _check_move(x, y, yaw, np.array((0.0, 0.0, 2.0 * math.pi)), space, False)
             checks += more
             if free:
-                return nodes[:count], parents[:count], n
-        for m in range(len(usual) + (len(first_primitives) if n < len(starts) else 0)):
-            move = usual[m] if m < len(usual) else first_primitives[m - len(usual)]
-            px, py, next_yaw = _apply_move(x, y, yaw, move[0], move[1], move[2])
-            i, j = _find_cell(px, py, space.grid)
-            if i < 0 or j < 0 or i >= SIDE or j >= SIDE or cost_to_go[i, j] == np.inf:
-                continue
-            h = int(round(next_yaw / (2.0 * math.pi) * HEADINGS)) % HEADINGS
-            cost = costs[n] + move[3] + (GEAR_COST * cell if gear * move[4] < 0.0 else 0.0)
-            if n >= len(starts) and best[i, j, h] <= cost:
-                continue
-            if is_leaving:
-                free, more = _check_move(px, py, next_yaw, -move, space, False)
-            else:
-                free, more = _check_move(x, y, yaw, move, space, n < len(starts))
+                return tree.nodes[:count], tree.parents[:count], n
+        for m in range(len(primitives.usual) + (len(primitives.first) if is_start else 0)):
+            is_usual = m < len(primitives.usual)
+            move = primitives.usual[m] if is_usual else primitives.first[m - len(primitives.usual)]
+            to_go, more = _try_move(tree, n, count, move, cost_to_go, space, is_leaving, is_start)
             checks += more
-            if not free:
-                continue
-            best[i, j, h] = min(best[i, j, h], cost)
-            put(nodes, count, (px, py, next_yaw, move[4]))
-            parents[count], costs[count] = n, cost
-            cost_left = max(cost_to_go[i, j], _compute_turn_to_go(next_yaw, goals, primitives.turn_cost))
-            heapq.heappush(queue, (cost + HEURISTIC_WEIGHT * cost_left, count, False))
-            count += 1
-    return nodes[:count], parents[:count], -1
+            if to_go < np.inf:
+                to_go = max(to_go, _compute_turn_to_go(tree.nodes[count, 2], goals, primitives.turn_cost))
+                heapq.heappush(queue, (tree.costs[count] + HEURISTIC_WEIGHT * to_go, count, False))
+                count += 1
+    return tree.nodes[:count], tree.parents[:count], -1
+
+
+@kernel
+def _end_at_goal(tree, queue, n, count, goal, reach, space, is_leaving, is_start):
+    """Queue the end of the way at a goal (5,), from pose n: there already, or straight from within `reach`, m.
+
+    Returns:
+        How many poses were added to the tree, which holds `count`, and how many checks were made.
+    """
+    x, y, yaw, _ = tree.nodes[n]
+    goal_distance, ending_cost = math.hypot(goal[0] - x, goal[1] - y), tree.costs[n] + HEURISTIC_WEIGHT * goal[4]
+    if goal_distance < NEAR_GOAL * space.body.radius and abs(wrap_angle(yaw - goal[2])) < goal[3]:
+        heapq.heappush(queue, (ending_cost, n, True))
+        return 0, 0
+    if not goal_distance < reach:
+        return 0, 0
+    first, last = (goal, tree.nodes[n]) if is_leaving else (tree.nodes[n], goal)
+    gear, heading, checks = _shoot_straight(first, last, space, is_leaving or is_start)
+    if gear == 0.0:
+        return 0, checks
+    put(tree.nodes, count, (x, y, heading, 0.0))
+    put(tree.nodes, count + 1, (goal[0], goal[1], heading, -gear if is_leaving else gear))
+    put(tree.nodes, count + 2, (goal[0], goal[1], heading + wrap_angle(goal[2] - heading), 0.0))
+    tree.parents[count], tree.parents[count + 1], tree.parents[count + 2] = n, count, count + 1
+    heapq.heappush(queue, (ending_cost + HEURISTIC_WEIGHT * goal_distance, count + 2, True))
+    return 3, checks
+
+
+@kernel
+def _try_move(tree, n, count, move, cost_to_go, space, is_leaving, is_start):
+    """Write the pose after a move from pose n as number `count` of the tree, if it is free and no cheaper way is known.
+
+    Returns:
+        The cost to go from its cell, m, infinite if it is not written; and how many checks were made.
+    """
+    x, y, yaw, gear = tree.nodes[n]
+    next_x, next_y, next_yaw = _apply_move(x, y, yaw, move[0], move[1], move[2])
+    i, j = _find_cell(next_x, next_y, space.grid)
+    if i < 0 or j < 0 or i >= SIDE or j >= SIDE or cost_to_go[i, j] == np.inf:
+        return np.inf, 0
+    h = int(round(next_yaw / (2.0 * math.pi) * HEADINGS)) % HEADINGS
+    cost = tree.costs[n] + move[3] + (GEAR_COST * space.grid[2] if gear * move[4] < 0.0 else 0.0)
+    if not is_start and tree.best[i, j, h] <= cost:
+        return np.inf, 0
+    if is_leaving:
+        free, checks = _check_move(next_x, next_y, next_yaw, -move, space, False)
+    else:
+        free, checks = _check_move(x, y, yaw, move, space, is_start)
+    if not free:
+        return np.inf, checks
+    tree.best[i, j, h] = min(tree.best[i, j, h], cost)
+    put(tree.nodes, count, (next_x, next_y, next_yaw, move[4]))
+    tree.parents[count], tree.costs[count] = n, cost
+    return cost_to_go[i, j], checks
