@@ -25,34 +25,36 @@ class GoalCandidates(NamedTuple):
 
 
 def list_goal_candidates(
-    hits: Grid, goal: np.ndarray, tolerance: float, radius: float, margin: float
+    grid: Grid, goal: np.ndarray, tolerance: float, radius: float, margin: float
 ) -> GoalCandidates:
     """Return the goal if it is clear of known hits; else all suitable places, and the nearest clear one as the goal.
 
     If no place is clear, the goal is the place farthest from hits.
 
     Args:
-        hits: hits known so far; unknown places count as clear.
+        grid: hits known so far; unknown places count as clear.
         goal: shape (2,), W, m.
         tolerance: a robot this near to the goal has reached it, m.
         radius: of the robot, m.
         margin: that it keeps beyond, m.
     """
-    needed_distance, reach = radius + margin + HIT_ERROR * radius, tolerance - INSIDE_TOLERANCE * radius
+    needed_distance, farthest_offset = radius + margin + HIT_ERROR * radius, tolerance - INSIDE_TOLERANCE * radius
     goal_alone = GoalCandidates(goal, goal[None, :])
-    if reach <= 0.0 or hits.distance(goal_alone.places)[0] >= needed_distance:
+    if farthest_offset <= 0.0 or grid.distance(goal_alone.places)[0] >= needed_distance:
         return goal_alone
-    steps = np.arange(0.0, reach + 1e-9, min(hits.resolution, reach))
+    steps = np.arange(0.0, farthest_offset + 1e-9, min(grid.resolution, farthest_offset))
     steps = np.concatenate((-steps[:0:-1], steps))
     offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     goal_distances = np.hypot(*offsets.T)
-    order = np.argsort(goal_distances, kind="stable")
-    places = goal + offsets[order[goal_distances[order] <= reach]]
-    line = goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - goal)
-    is_seen = (hits.distance(line.reshape(-1, 2)).reshape(line.shape[:2]) > LINE_CLEARANCE * radius).all(axis=0)
+    nearest_order = np.argsort(goal_distances, kind="stable")
+    places = goal + offsets[nearest_order[goal_distances[nearest_order] <= farthest_offset]]
+    goal_lines = goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - goal)
+    is_seen = (grid.distance(goal_lines.reshape(-1, 2)).reshape(goal_lines.shape[:2]) > LINE_CLEARANCE * radius).all(
+        axis=0
+    )
     if not is_seen.any():
         return goal_alone
     places = places[is_seen]
-    distance = hits.distance(places)
-    clear = np.flatnonzero(distance >= needed_distance)
-    return GoalCandidates(places[clear[0] if len(clear) else np.argmax(distance)], places)
+    distance = grid.distance(places)
+    clear_places = np.flatnonzero(distance >= needed_distance)
+    return GoalCandidates(places[clear_places[0] if len(clear_places) else np.argmax(distance)], places)

@@ -28,7 +28,7 @@ def search_buckets(weight, cost, goal, source):
     ny = weight.shape[1]
     (gi, gj), (si, sj) = goal, source
     w, costs = weight.ravel(), cost.ravel()
-    best = UNREACHED_COST
+    best_cost = UNREACHED_COST
     source_reach = 0 if si >= 0 and sj >= 0 and si < weight.shape[0] and sj < ny and weight[si, sj] > 0 else 1
     head = np.full(BUCKETS, -1, np.int32)
     entries = np.empty((BUCKETS, 3), np.int32)  # 8 * cell + direction of the step to it, cost less UNREACHED_COST, next
@@ -59,8 +59,8 @@ def search_buckets(weight, cost, goal, source):
             j = c - i * ny
             f = entry_cost + UNREACHED_COST + estimate_cost(i, j, si, sj)
             if si >= 0 and abs(i - si) <= source_reach and abs(j - sj) <= source_reach:
-                best = min(best, f)
-            if f > best + NEIGHBOURHOOD:
+                best_cost = min(best_cost, f)
+            if f > best_cost + NEIGHBOURHOOD:
                 return
             for turn in range(
                 incoming_direction + 6, incoming_direction + 11

@@ -28,9 +28,11 @@ by hits that more than half of them confirm."""
 
 def close_path(state: PlannerState, way: np.ndarray, inputs: PlannerInput) -> PlannerState:
     """Return the state with a closure at the narrowest place of a way (k, 2) that failed, and without a path."""
-    places, size = _find_places_to_close(way, inputs), CLOSURE_RADIUS * inputs.cover_radius
+    places, closure_radius = _find_places_to_close(way, inputs), CLOSURE_RADIUS * inputs.cover_radius
     regions = [
-        clear_region(region, places, size) if np.hypot(*(places - region.center).T).min() > size else None
+        clear_region(region, places, closure_radius)
+        if np.hypot(*(places - region.center).T).min() > closure_radius
+        else None
         for region in state.roadmap.regions
     ]
     roadmap = replace_regions(state.roadmap, regions, inputs.margins, inputs.cover_radius)
@@ -104,21 +106,25 @@ def _find_places_to_close(way: np.ndarray, inputs: PlannerInput) -> np.ndarray:
     position, scan, margins = inputs.position, inputs.observation.scan, inputs.margins
     radius = inputs.cover_radius
     least_distance = LEAST_CLOSURE_DISTANCE * inputs.cover_radius
-    size = CLOSURE_RADIUS * inputs.cover_radius
-    line = np.vstack((position, way))
-    near_line = line[: 1 + max(int(np.searchsorted(measure_arc_lengths(line)[1:], CLOSED_AHEAD * radius)), 1)]
+    closure_radius = CLOSURE_RADIUS * inputs.cover_radius
+    whole_line = np.vstack((position, way))
+    near_line = whole_line[
+        : 1 + max(int(np.searchsorted(measure_arc_lengths(whole_line)[1:], CLOSED_AHEAD * radius)), 1)
+    ]
     hits = scan.points_at(smooth_distances(scan, margins.smoothing_slack), scan.hits, inputs.observation.pose)
     gap = find_narrowest_gap(hits, near_line, 2.0 * (inputs.outer_radius + margins.preferred + HIT_ERROR * radius))
-    step = line[1] - position
-    places = (position + step * (least_distance / max(float(np.hypot(*step)), 1e-9)))[None]
+    first_step = whole_line[1] - position
+    places = (position + first_step * (least_distance / max(float(np.hypot(*first_step)), 1e-9)))[None]
     if gap is None:
         return places
-    width = math.dist(*gap)
-    widest_share = max(0.5 * width - radius - 0.5 * size, 0.0) / width
-    shares = np.linspace(0.5 - widest_share, 0.5 + widest_share, 1 + math.ceil(2.0 * widest_share * width / size))
+    gap_width = math.dist(*gap)
+    widest_share = max(0.5 * gap_width - radius - 0.5 * closure_radius, 0.0) / gap_width
+    shares = np.linspace(
+        0.5 - widest_share, 0.5 + widest_share, 1 + math.ceil(2.0 * widest_share * gap_width / closure_radius)
+    )
     across = gap[0] + shares[:, None] * (gap[1] - gap[0])
-    clear = np.hypot(*(across - position).T) >= least_distance
-    return across if clear.all() else np.vstack((across[clear], places))
+    is_clear = np.hypot(*(across - position).T) >= least_distance
+    return across if is_clear.all() else np.vstack((across[is_clear], places))
 
 
 def find_narrow_gap_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray:
@@ -150,6 +156,8 @@ def _find_averaged_hits(state: PlannerState, inputs: PlannerInput) -> np.ndarray
     """Return hits near the robot in the mean of AVERAGED_SCANS scans, shape (n, 2), W, m; none of fewer scans."""
     if len(state.recent_observations) < AVERAGED_SCANS:
         return EMPTY_PATH
-    scan, count = average_scans(state.recent_observations, inputs.cover_radius + AVERAGED_WITHIN * inputs.cover_radius)
+    scan, scan_counts = average_scans(
+        state.recent_observations, inputs.cover_radius + AVERAGED_WITHIN * inputs.cover_radius
+    )
     distance = smooth_distances(scan, inputs.margins.smoothing_slack)
-    return scan.points_at(distance, scan.hits & (2 * count > AVERAGED_SCANS), state.recent_observations[-1].pose)
+    return scan.points_at(distance, scan.hits & (2 * scan_counts > AVERAGED_SCANS), state.recent_observations[-1].pose)

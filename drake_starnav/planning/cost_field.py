@@ -52,9 +52,9 @@ class CostField:
         """
         x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
         middles = self.origin + (trace_path(self.cost, self.weight, x, y) - 1) * self.cell
-        places, clear = self.grid.coarse(middles)
-        freest = places[np.arange(len(places)), clear.argmax(axis=1)]
-        return np.where((clear.max(axis=1) > clear.min(axis=1))[:, None], freest, middles)
+        places, clear_distances = self.grid.coarse(middles)
+        freest = places[np.arange(len(places)), clear_distances.argmax(axis=1)]
+        return np.where((clear_distances.max(axis=1) > clear_distances.min(axis=1))[:, None], freest, middles)
 
 
 class CostmapParams(NamedTuple):
@@ -94,21 +94,21 @@ def compute_cost_to_go(
     Raises:
         StarnavError: the box has too many cells.
     """
-    first, count = grid.box(low, high)
-    cell, origin = grid.resolution * STRIDE, (first + 0.5 * (STRIDE - 1)) * grid.resolution
+    first_cell, cell_counts = grid.box(low, high)
+    cell, origin = grid.resolution * STRIDE, (first_cell + 0.5 * (STRIDE - 1)) * grid.resolution
     radius = params.cover_radius
     blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
     swept = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
     limits = _ClearanceLimits(blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, swept)
-    weight = _weigh_cells(grid.arrays, first, count, limits, NEAR_WALL_COST)
+    weight = _weigh_cells(grid.arrays, first_cell, cell_counts, limits, NEAR_WALL_COST)
     if grid.coverage.whole.size:
-        _raise_unknown(weight, grid.coverage, first // STRIDE, round(10.0 * UNKNOWN_COST))
+        _raise_unknown(weight, grid.coverage, first_cell // STRIDE, round(10.0 * UNKNOWN_COST))
     _close(weight, (params.failed_places - origin) / cell + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
-    end = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
-    begin = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
-    search_buckets(weight, cost, tuple(end.tolist()), tuple(begin.tolist()))
+    goal_cell = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
+    source_cell = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
+    search_buckets(weight, cost, tuple(goal_cell.tolist()), tuple(source_cell.tolist()))
     return CostField(cost, weight, origin, cell, grid)
 
 
@@ -122,54 +122,59 @@ class _ClearanceLimits(NamedTuple):
 
 
 @kernel
-def _weigh_cells(grid, corner, count, limits, near_wall_cost):
+def _weigh_cells(grid, first_cell, cell_counts, limits, near_wall_cost):
     """Return what crossing each cell costs in tenths, by the greatest distance in it; 0: blocked, as the border is.
 
     Args:
         grid: `Grid.arrays`. Where it has no tile, cells are wide.
-        corner, count: as of `Grid.box`.
+        first_cell, cell_counts: as of `Grid.box`.
         limits: `_ClearanceLimits`.
         near_wall_cost: as the constant of that name.
     """
-    tiles, rows, first = grid.tiles, grid.rows, grid.first
-    out = np.zeros((count[0] + 2, count[1] + 2), np.uint8)
-    side = TILE // STRIDE
+    tiles, rows, first_tile = grid.tiles, grid.rows, grid.first
+    weight = np.zeros((cell_counts[0] + 2, cell_counts[1] + 2), np.uint8)
+    tile_side = TILE // STRIDE
     widest = max(limits.soft, limits.wide)
-    out[1:-1, 1:-1] = 10
+    weight[1:-1, 1:-1] = 10
     for t in range(rows.shape[0]):
         for u in range(rows.shape[1]):
             if rows[t, u] < 0:
                 continue
             tile = tiles[rows[t, u]]
-            p, q = ((first[0] + t) * TILE - corner[0]) // STRIDE, ((first[1] + u) * TILE - corner[1]) // STRIDE
-            for i in range(max(-p, 0), min(side, count[0] - p)):
-                for j in range(max(-q, 0), min(side, count[1] - q)):
-                    clear = tile[i * STRIDE, j * STRIDE]
+            p = ((first_tile[0] + t) * TILE - first_cell[0]) // STRIDE
+            q = ((first_tile[1] + u) * TILE - first_cell[1]) // STRIDE
+            for i in range(max(-p, 0), min(tile_side, cell_counts[0] - p)):
+                for j in range(max(-q, 0), min(tile_side, cell_counts[1] - q)):
+                    clear_distance = tile[i * STRIDE, j * STRIDE]
                     for a in range(STRIDE):
                         for b in range(STRIDE):
-                            clear = max(clear, tile[i * STRIDE + a, j * STRIDE + b])
-                    if clear >= widest:
+                            clear_distance = max(clear_distance, tile[i * STRIDE + a, j * STRIDE + b])
+                    if clear_distance >= widest:
                         continue
-                    if clear < limits.open:
-                        out[p + i + 1, q + j + 1] = (
-                            int(10.0 * (1.0 + UNCERTAIN_COST)) if clear >= limits.uncertain else 0
+                    if clear_distance < limits.open:
+                        weight[p + i + 1, q + j + 1] = (
+                            int(10.0 * (1.0 + UNCERTAIN_COST)) if clear_distance >= limits.uncertain else 0
                         )
                         continue
-                    near_wall = near_wall_cost * (max(limits.soft, clear) - clear) / (limits.soft - limits.open)
-                    if clear < limits.wide:
-                        near_wall += TIGHT_COST * (limits.wide - clear) / (limits.wide - limits.open)
-                    out[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
-    return out
+                    near_wall = (
+                        near_wall_cost
+                        * (max(limits.soft, clear_distance) - clear_distance)
+                        / (limits.soft - limits.open)
+                    )
+                    if clear_distance < limits.wide:
+                        near_wall += TIGHT_COST * (limits.wide - clear_distance) / (limits.wide - limits.open)
+                    weight[p + i + 1, q + j + 1] = int(10.0 * (1.0 + near_wall))
+    return weight
 
 
 @kernel
-def _raise_unknown(weight, coverage, corner, more):
-    """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `corner`."""
-    first, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
+def _raise_unknown(weight, coverage, first_cell, more):
+    """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `first_cell`."""
+    first_block, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
     for i in range(1, weight.shape[0] - 1):
-        p = corner[0] + i - 1 - BLOCK * first[0]
+        p = first_cell[0] + i - 1 - BLOCK * first_block[0]
         for j in range(1, weight.shape[1] - 1):
-            q = corner[1] + j - 1 - BLOCK * first[1]
+            q = first_cell[1] + j - 1 - BLOCK * first_block[1]
             is_in_array = 0 <= p < part_counts.shape[0] and 0 <= q < part_counts.shape[1]
             if weight[i, j] and not (is_in_array and (part_counts[p, q] or whole_counts[p // BLOCK, q // BLOCK])):
                 weight[i, j] += more
@@ -190,31 +195,31 @@ def trace_path(cost, weight, x, y):
     """Return cells from the best of the 3 x 3 about (x, y) down to the goal, shape (k, 2); none if it is cut off."""
     nx, ny = cost.shape
     i0, j0 = int(round(x)), int(round(y))
-    i, j, least = 0, 0, 0
+    i, j, least_cost = 0, 0, 0
     for a in range(max(i0 - 1, 0), min(i0 + 2, nx)):
         for b in range(max(j0 - 1, 0), min(j0 + 2, ny)):
-            if cost[a, b] < least:
-                i, j, least = a, b, cost[a, b]
-    out = np.empty((nx + ny, 2), np.int64)
+            if cost[a, b] < least_cost:
+                i, j, least_cost = a, b, cost[a, b]
+    path_cells = np.empty((nx + ny, 2), np.int64)
     n = 0
-    while least < 0:
-        if n == len(out):
+    while least_cost < 0:
+        if n == len(path_cells):
             longer = np.empty((2 * n, 2), np.int64)
             for k in range(n):  # an assignment to a slice takes Numba 2 s to compile
-                longer[k, 0], longer[k, 1] = out[k, 0], out[k, 1]
-            out = longer
-        out[n, 0], out[n, 1] = i, j
+                longer[k, 0], longer[k, 1] = path_cells[k, 0], path_cells[k, 1]
+            path_cells = longer
+        path_cells[n, 0], path_cells[n, 1] = i, j
         n += 1
-        if least == -UNREACHED_COST:
+        if least_cost == -UNREACHED_COST:
             break
-        least = 0  # of the neighbours, the one through which this cell was reached
+        least_cost = 0  # of the neighbours, the one through which this cell was reached
         for a in (-1, 0, 1):
             for b in (-1, 0, 1):
                 if cost[i + a, j + b] < cost[i, j]:
                     through = cost[i + a, j + b] + np.int64(weight[i, j]) * (10 if a == 0 or b == 0 else 14)
-                    if through < least:
-                        least, p, q = through, i + a, j + b
-        if least < 0:
+                    if through < least_cost:
+                        least_cost, p, q = through, i + a, j + b
+        if least_cost < 0:
             i, j = p, q
-            least = cost[i, j]
-    return out[:n].copy()
+            least_cost = cost[i, j]
+    return path_cells[:n].copy()

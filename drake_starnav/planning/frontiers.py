@@ -40,14 +40,16 @@ def find_region_frontiers(roadmap: StarRoadmap, cover_radius: float, owner: int)
         cover_radius: m.
         owner: index of the region.
     """
-    line, probe, is_open = _sample_boundary(
+    boundary, probes, is_open = _sample_boundary(
         roadmap.union, owner, roadmap.closures.failed_places, roadmap.grid.arrays, cover_radius
     )
-    first = int(np.argmin(is_open))  # no run goes on from the last point to the first
-    line, probe, is_open = (np.roll(each, -first, axis=0) for each in (line, probe, is_open))
+    first_closed = int(np.argmin(is_open))  # no run goes on from the last point to the first
+    boundary, probes, is_open = (np.roll(each, -first_closed, axis=0) for each in (boundary, probes, is_open))
     run_ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
-    first, last = measure_arc_lengths(line)[run_ends - (0, 1)].T
-    return [Frontier(line[a:b], probe[a:b]) for a, b in run_ends[last - first >= LEAST * cover_radius].tolist()]
+    first_closed, last = measure_arc_lengths(boundary)[run_ends - (0, 1)].T
+    return [
+        Frontier(boundary[a:b], probes[a:b]) for a, b in run_ends[last - first_closed >= LEAST * cover_radius].tolist()
+    ]
 
 
 def find_frontiers(roadmap: StarRoadmap, cover_radius: float) -> list[Frontier]:
@@ -60,18 +62,18 @@ def _sample_boundary(union: RegionUnion, owner, failed_places, grid, radius):
     """Return points along a region's boundary (n, 2), the places beyond them (n, 2), whether these are open (n,)."""
     center, bearing_0, values = union.center[owner], union.bearing_0[owner], union.values[owner]
     samples, probe_distance, count = len(values), BEYOND * radius, 0
-    step = 2.0 * math.pi / samples
+    sample_angle = 2.0 * math.pi / samples
     corners = np.empty((samples + 1, 2))
     parts = np.empty(samples, np.int64)
     for i in range(samples + 1):
-        bearing = bearing_0 + step * i
+        bearing = bearing_0 + sample_angle * i
         corners[i, 0] = center[0] + values[i % samples] * math.cos(bearing)
         corners[i, 1] = center[1] + values[i % samples] * math.sin(bearing)
     for i in range(samples):
         length = math.hypot(corners[i + 1, 0] - corners[i, 0], corners[i + 1, 1] - corners[i, 1])
         parts[i] = max(int(math.ceil(length / (STEP * radius))), 1)
         count += parts[i]
-    line, probe, is_open = np.empty((count, 2)), np.empty((count, 2)), np.empty(count, np.bool_)
+    boundary, probes, is_open = np.empty((count, 2)), np.empty((count, 2)), np.empty(count, np.bool_)
     n = 0
     for i in range(samples):
         dx, dy = corners[i + 1, 0] - corners[i, 0], corners[i + 1, 1] - corners[i, 1]
@@ -80,10 +82,10 @@ def _sample_boundary(union: RegionUnion, owner, failed_places, grid, radius):
             share = (k + 0.5) / parts[i]
             x, y = corners[i, 0] + share * dx, corners[i, 1] + share * dy
             u, v = x + probe_distance * dy / length, y - probe_distance * dx / length
-            line[n, 0], line[n, 1], probe[n, 0], probe[n, 1] = x, y, u, v
+            boundary[n, 0], boundary[n, 1], probes[n, 0], probes[n, 1] = x, y, u, v
             is_open[n] = measure_distance_at(grid, u, v) > radius - HIT_ERROR * radius
             for j in range(len(failed_places)):
                 is_open[n] &= math.hypot(u - failed_places[j, 0], v - failed_places[j, 1]) > CLOSURE_RADIUS * radius
             is_open[n] = is_open[n] and find_covering_region(union, u, v, COVER_SLACK * radius) < 0
             n += 1
-    return line, probe, is_open
+    return boundary, probes, is_open

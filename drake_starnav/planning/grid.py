@@ -74,12 +74,12 @@ class Coverage(NamedTuple):
             new_values: their samples now, shape (n, M), m; 0 of those that are gone.
             bounds: corners of a box that holds the regions, shape (2, 2), W, m.
         """
-        low, high = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,))
-        first = self.first if self.whole.size else low
-        last = first + self.whole.shape
-        low, high = np.minimum(low, first), np.maximum(high, last)
-        border = np.stack((first - low, high - last), axis=1)
-        out = Coverage(low, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
+        low_block, high_block = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,))
+        first_block = self.first if self.whole.size else low_block
+        last_block = first_block + self.whole.shape
+        low_block, high_block = np.minimum(low_block, first_block), np.maximum(high_block, last_block)
+        border = np.stack((first_block - low_block, high_block - last_block), axis=1)
+        out = Coverage(low_block, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
         _recount(out, cell, regions.center, regions.bearing_0, regions.values, new_values)
         return out
 
@@ -156,15 +156,15 @@ class Grid:
             return self
         border = int(self.cap / self.resolution) + 2
         nearest = np.rint(points.min(axis=0) / self.resolution), np.rint(points.max(axis=0) / self.resolution)
-        low, high = (nearest[0].astype(int) - border) // TILE, (nearest[1].astype(int) + border) // TILE + 1
-        first, rows = _widen_rows(self.first, self.rows, low, high)
-        pool, most_tiles = self.pool, int((high - low).prod())
+        low_tile, high_tile = (nearest[0].astype(int) - border) // TILE, (nearest[1].astype(int) + border) // TILE + 1
+        first_tile, rows = _widen_rows(self.first, self.rows, low_tile, high_tile)
+        pool, most_tiles = self.pool, int((high_tile - low_tile).prod())
         if pool.used != self.used or pool.used + most_tiles > len(pool.tiles):
             live = rows >= 0
             pool = pool.copy_rows(rows[live], most_tiles)
             rows[live] = np.arange(pool.used)
-        pool.used = _stamp(pool.tiles, pool.used, rows, first, self.resolution, self.cap, points)
-        return Grid(self.resolution, self.cap, first, rows, pool.used, pool, self.coverage)
+        pool.used = _stamp(pool.tiles, pool.used, rows, first_tile, self.resolution, self.cap, points)
+        return Grid(self.resolution, self.cap, first_tile, rows, pool.used, pool, self.coverage)
 
     def count_regions(self, regions: RegionUnion, new_values: np.ndarray, bounds: np.ndarray) -> "Grid":
         """Return this grid with the coverage after regions have changed; arguments as for `Coverage.update_counts`."""
@@ -200,50 +200,50 @@ class Grid:
                 f"the goal is too far: a grid from {low.tolist()} to {high.tolist()} would have more than "
                 f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
             )
-        first = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
-        return first, np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
+        first_cell = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
+        return first_cell, np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
 
 
 def _widen_rows(
-    first: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray
+    first_tile: np.ndarray, rows: np.ndarray, low_tile: np.ndarray, high_tile: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a copy of the rows of tiles that has those from `low` to `high` too, and its first tile."""
-    last = first + rows.shape
+    """Return a copy of the rows of tiles that has those from `low_tile` to `high_tile` too, and its first tile."""
+    last_tile = first_tile + rows.shape
     if not rows.size:
-        first, last = low, low
-    elif (low >= first).all() and (high <= last).all():
-        return first, rows.copy()
-    new_first = np.minimum(first, low)
-    out = np.full(np.maximum(last, high) - new_first, -1, np.int32)
-    i, j = first - new_first
-    out[i : i + rows.shape[0], j : j + rows.shape[1]] = rows
-    return new_first, out
+        first_tile, last_tile = low_tile, low_tile
+    elif (low_tile >= first_tile).all() and (high_tile <= last_tile).all():
+        return first_tile, rows.copy()
+    new_first = np.minimum(first_tile, low_tile)
+    widened_rows = np.full(np.maximum(last_tile, high_tile) - new_first, -1, np.int32)
+    i, j = first_tile - new_first
+    widened_rows[i : i + rows.shape[0], j : j + rows.shape[1]] = rows
+    return new_first, widened_rows
 
 
 @kernel
-def _stamp(tiles, used, rows, first, resolution, cap, points):
+def _stamp(tiles, used, rows, first_tile, resolution, cap, points):
     """Write the tiles that change into the pool from row `used` on; return how many rows are in use then."""
-    reach = int(cap / resolution) + 1
+    reach_cells = int(cap / resolution) + 1
     used_before = used
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         i, j = int(round(x / resolution)), int(round(y / resolution))
-        row = rows[i // TILE - first[0], j // TILE - first[1]]
+        row = rows[i // TILE - first_tile[0], j // TILE - first_tile[1]]
         # a hit in a cell whose centre has one within 0.6 cells adds nothing that the grid resolves
         if row >= 0 and tiles[row, i % TILE, j % TILE] < 0.6 * resolution:
             continue
-        for p in range((i - reach) // TILE, (i + reach) // TILE + 1):
-            for q in range((j - reach) // TILE, (j + reach) // TILE + 1):
-                row = rows[p - first[0], q - first[1]]
+        for p in range((i - reach_cells) // TILE, (i + reach_cells) // TILE + 1):
+            for q in range((j - reach_cells) // TILE, (j + reach_cells) // TILE + 1):
+                row = rows[p - first_tile[0], q - first_tile[1]]
                 if row < used_before:
                     for a in range(TILE):
                         for b in range(TILE):
                             tiles[used, a, b] = tiles[row, a, b] if row >= 0 else cap
-                    row = rows[p - first[0], q - first[1]] = used
+                    row = rows[p - first_tile[0], q - first_tile[1]] = used
                     used += 1
-                for a in range(max(i - reach, p * TILE), min(i + reach, p * TILE + TILE - 1) + 1):
+                for a in range(max(i - reach_cells, p * TILE), min(i + reach_cells, p * TILE + TILE - 1) + 1):
                     dx = a * resolution - x
-                    for b in range(max(j - reach, q * TILE), min(j + reach, q * TILE + TILE - 1) + 1):
+                    for b in range(max(j - reach_cells, q * TILE), min(j + reach_cells, q * TILE + TILE - 1) + 1):
                         dy = b * resolution - y
                         squared = dx * dx + dy * dy
                         known_distance = tiles[row, a - p * TILE, b - q * TILE]
@@ -255,10 +255,10 @@ def _stamp(tiles, used, rows, first, resolution, cap, points):
 @kernel
 def _measure_distances(grid, points):
     """Run the loop of `Grid.distance`."""
-    out = np.empty(len(points))
+    distances = np.empty(len(points))
     for n in range(len(points)):
-        out[n] = measure_distance_at(grid, points[n, 0], points[n, 1])
-    return out
+        distances[n] = measure_distance_at(grid, points[n, 0], points[n, 1])
+    return distances
 
 
 @leaf
@@ -274,37 +274,45 @@ def measure_distance_at(grid, x, y):
 @kernel
 def _recount(coverage, cell, center, bearing_0, old_values, new_values):
     """Count anew, of each region, the blocks about those samples that have changed."""
-    first, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
-    samples, side, half = new_values.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
-    turn, middle = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
+    first_block, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
+    samples, block_side, half_diagonal = new_values.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
+    sample_angle, middle_offset = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
     for k in range(len(center)):
         left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
         for m in range(samples):
             if old_values[k, m] != new_values[k, m]:
                 for n in range(m - 1, m + 2):
-                    u, v = math.cos(bearing_0[k] + n * turn), math.sin(bearing_0[k] + n * turn)
+                    u, v = math.cos(bearing_0[k] + n * sample_angle), math.sin(bearing_0[k] + n * sample_angle)
                     for r in (old_values[k, m], new_values[k, m]):
                         left, right = min(left, r * u), max(right, r * u)
                         bottom, top = min(bottom, r * v), max(top, r * v)
         if left > right:
             continue
-        x, y = center[k, 0] / side - first[0], center[k, 1] / side - first[1]
-        for i in range(max(int(x + left / side - 1.0), 0), min(int(x + right / side + 2.0), whole_counts.shape[0])):
-            for j in range(max(int(y + bottom / side - 1.0), 0), min(int(y + top / side + 2.0), whole_counts.shape[1])):
-                x0, y0 = ((i + first[0]) * BLOCK + OFF) * cell, ((j + first[1]) * BLOCK + OFF) * cell
-                dx, dy = x0 + middle - center[k, 0], y0 + middle - center[k, 1]
+        x, y = center[k, 0] / block_side - first_block[0], center[k, 1] / block_side - first_block[1]
+        for i in range(
+            max(int(x + left / block_side - 1.0), 0), min(int(x + right / block_side + 2.0), whole_counts.shape[0])
+        ):
+            for j in range(
+                max(int(y + bottom / block_side - 1.0), 0), min(int(y + top / block_side + 2.0), whole_counts.shape[1])
+            ):
+                x0, y0 = ((i + first_block[0]) * BLOCK + OFF) * cell, ((j + first_block[1]) * BLOCK + OFF) * cell
+                dx, dy = x0 + middle_offset - center[k, 0], y0 + middle_offset - center[k, 1]
                 distance = math.hypot(dx, dy)
-                at, _ = find_samples_beside(bearing_0[k], samples, dx, dy)
-                width = int(1.1 * half / distance / turn) + 1 if distance > 2.0 * half else samples // 2
+                nearest_sample, _ = find_samples_beside(bearing_0[k], samples, dx, dy)
+                sample_count = (
+                    int(1.1 * half_diagonal / distance / sample_angle) + 1
+                    if distance > 2.0 * half_diagonal
+                    else samples // 2
+                )
                 differs, old_least, old_most, new_least, new_most = False, np.inf, 0.0, np.inf, 0.0
-                for n in range(at - width, at + width + 2):
+                for n in range(nearest_sample - sample_count, nearest_sample + sample_count + 2):
                     r, r_now = old_values[k, n % samples], new_values[k, n % samples]
                     differs |= r != r_now
                     old_least, old_most = min(old_least, r), max(old_most, r)
                     new_least, new_most = min(new_least, r_now), max(new_most, r_now)
-                if not differs or max(old_most, new_most) < distance - half:
+                if not differs or max(old_most, new_most) < distance - half_diagonal:
                     continue
-                was_whole, is_whole = old_least > distance + half, new_least > distance + half
+                was_whole, is_whole = old_least > distance + half_diagonal, new_least > distance + half_diagonal
                 whole_counts[i, j] += np.int64(is_whole) - np.int64(was_whole)
                 for a in range(0 if was_whole and is_whole else BLOCK):
                     for b in range(BLOCK):

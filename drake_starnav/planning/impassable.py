@@ -54,33 +54,33 @@ def bridge_hits(beams, distance, frame, diameter):
                     between += parts[i] - 1
                     wide[chords] = i
                     chords += 1
-    out = np.empty((hits + between, 2))
+    bridged_points = np.empty((hits + between, 2))
     n = 0
     for i in range(count):  # all hits first, then the first point of each chord, and so on
         if hit[i]:
-            out[n, 0], out[n, 1] = points[i, 0], points[i, 1]
+            bridged_points[n, 0], bridged_points[n, 1] = points[i, 0], points[i, 1]
             n += 1
     k = 1
-    while n < len(out):
+    while n < len(bridged_points):
         for i in wide[:chords]:
             if k < parts[i]:
                 j = i + 1 if i + 1 < count else 0
                 share = k / parts[i]
-                out[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
-                out[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
+                bridged_points[n, 0] = points[i, 0] + (points[j, 0] - points[i, 0]) * share
+                bridged_points[n, 1] = points[i, 1] + (points[j, 1] - points[i, 1]) * share
                 n += 1
         k += 1
-    return out
+    return bridged_points
 
 
-def find_narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.ndarray | None:
+def find_narrowest_gap(points: np.ndarray, way: np.ndarray, widest_gap: float) -> np.ndarray | None:
     """Return the two of some points (n, 2), shape (2, 2), that are nearest to each other across a way (k, 2).
 
-    None if no two on both sides of the way are nearer than `width`. All in m, in one frame.
+    None if no two on both sides of the way are nearer than `widest_gap`. All in m, in one frame.
     """
-    nearest, least = None, width * width
+    nearest, least_squared = None, widest_gap * widest_gap
     for start, end in itertools.pairwise(way):
-        is_around = (points > np.minimum(start, end) - width) & (points < np.maximum(start, end) + width)
+        is_around = (points > np.minimum(start, end) - widest_gap) & (points < np.maximum(start, end) + widest_gap)
         close = points[is_around.all(axis=1)]
         (along_x, along_y), (x, y) = end - start, (close - start).T
         is_left = along_x * y - along_y * x > 0.0
@@ -88,9 +88,9 @@ def find_narrowest_gap(points: np.ndarray, way: np.ndarray, width: float) -> np.
         to_x, to_y = (theirs[None, :] - ours[:, None]).transpose(2, 0, 1)
         across = _turns_left(to_x, to_y, start - ours) != _turns_left(to_x, to_y, end - ours)
         squared = np.where(across, to_x * to_x + to_y * to_y, np.inf)
-        if squared.size and squared.min() < least:
+        if squared.size and squared.min() < least_squared:
             i, j = divmod(int(squared.argmin()), len(theirs))
-            nearest, least = np.stack((ours[i], theirs[j])), float(squared[i, j])
+            nearest, least_squared = np.stack((ours[i], theirs[j])), float(squared[i, j])
     return nearest
 
 

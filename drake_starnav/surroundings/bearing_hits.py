@@ -26,7 +26,7 @@ def measure_half_chords(distance, beams):
     n, silent = len(distance), beams.kinds & (MOVING | LOST) != 0
     range_max, increment, seam = beams.range_max, beams.increment, beams.seam
     connected_chord = CONNECTED_CHORD * beams.cover_radius
-    out = np.zeros(n)
+    half_chords = np.zeros(n)
     neighbouring = math.cos(increment)
     for i in range(n):
         if silent[i]:
@@ -42,9 +42,9 @@ def measure_half_chords(distance, beams):
         angle = steps * increment if j > i else (steps - 1) * increment + seam
         length = compute_third_side(a, b, neighbouring if angle == increment else math.cos(angle))
         if length < connected_chord:
-            out[i] = max(out[i], 0.5 * length)
-            out[j] = max(out[j], 0.5 * length)
-    return out
+            half_chords[i] = max(half_chords[i], 0.5 * length)
+            half_chords[j] = max(half_chords[j], 0.5 * length)
+    return half_chords
 
 
 @kernel
@@ -62,13 +62,13 @@ def convert_beams_to_bearings(beam_distance, beam_gap, beams, samples):
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)
-    step = 2.0 * math.pi / samples
+    sample_angle = 2.0 * math.pi / samples
     for i in range(len(beam_distance)):
         if kinds[i] & MOVING or beam_distance[i] >= range_max:
             continue
-        position = i * increment / step
+        position = i * increment / sample_angle
         k = int(math.floor(position + 0.5))
-        delta = abs(position - k) * step
+        delta = abs(position - k) * sample_angle
         k %= samples
         distance[k] = min(distance[k], beam_distance[i])
         gap[k] = max(gap[k], beam_gap[i])
@@ -88,17 +88,17 @@ def convert_points_to_bearings(points, point_gap, cx, cy, bearing_0, reach, samp
     distance = np.full(samples, np.inf)
     gap = np.zeros(samples)
     offset = np.zeros(samples)
-    step = 2.0 * math.pi / samples
+    sample_angle = 2.0 * math.pi / samples
     for i in range(len(points)):
         dx = points[i, 0] - cx
         dy = points[i, 1] - cy
         squared = dx * dx + dy * dy
         if squared > reach * reach:
             continue
-        position = (math.atan2(dy, dx) - bearing_0) / step
+        position = (math.atan2(dy, dx) - bearing_0) / sample_angle
         nearest = math.floor(position + 0.5)
         k = int(nearest) % samples
         distance[k] = min(distance[k], math.sqrt(squared))
         gap[k] = max(gap[k], point_gap[i])
-        offset[k] = max(offset[k], abs(position - nearest) * step)
+        offset[k] = max(offset[k], abs(position - nearest) * sample_angle)
     return distance, gap, offset

@@ -68,8 +68,8 @@ class CertifiedStar:
     @property
     def is_full_circle(self) -> bool:
         """Whether the last scan looked all around."""
-        first, last = self.field_of_view
-        return last - first >= TURN
+        first_bearing, last_bearing = self.field_of_view
+        return last_bearing - first_bearing >= TURN
 
     @cached_property
     def union(self) -> RegionUnion:
@@ -80,10 +80,10 @@ class CertifiedStar:
     def seen_part(self) -> StarArrays:
         """The star for the fast test; without a full circle it is 0 within a quarter turn of the field of view's
         ends."""
-        (first, last), values = self.field_of_view, self.values
+        (first_bearing, last_bearing), values = self.field_of_view, self.values
         if not self.is_full_circle:
             bearing = TURN / len(values) * np.arange(len(values))
-            values = np.where((first + QUARTER <= bearing) & (bearing <= last - QUARTER), values, 0.0)
+            values = np.where((first_bearing + QUARTER <= bearing) & (bearing <= last_bearing - QUARTER), values, 0.0)
         return StarArrays(self.center[None], np.array([self.bearing_0]), values[None])
 
     def transformed(self, frame: np.ndarray) -> "CertifiedStar":
@@ -128,8 +128,8 @@ def _certify_star(disc, points, gaps, center, yaw, bearing_0, reach):
     if disc.is_merged or not beams.complete:  # space behind lost beams of the last scan is not certified
         ends_early = (beams.kinds & (LOST | HIT * disc.is_merged) != 0) & (distances < beams.range_max)
         cosine, sine = math.cos(yaw), math.sin(yaw)
-        edge = place_ends(beams.directions, np.maximum(distances, NEAREST), ends_early, x, y, cosine, sine)
-        points, gaps = np.concatenate((points, edge)), np.concatenate((gaps, np.zeros(len(edge))))
+        edge_points = place_ends(beams.directions, np.maximum(distances, NEAREST), ends_early, x, y, cosine, sine)
+        points, gaps = np.concatenate((points, edge_points)), np.concatenate((gaps, np.zeros(len(edge_points))))
     cosines, sines_squared = disc.tables
     hit_range = reach + radius + CONNECTED_CHORD * beams.cover_radius  # farther hits restrict nothing
     nearest, gap, offset = convert_points_to_bearings(points, gaps, x, y, bearing_0, hit_range, len(cosines))

@@ -150,25 +150,25 @@ def compute_disc_range(distance, disc):
     gap = measure_half_chords(distance, beams)
     hits = convert_beams_to_bearings(distance, gap, beams, samples)
     sight = limit_by_moving_obstacles(limit, beams, inflated_radius)
-    free = erode(hits[0], hits[1], hits[2], inflated_radius, sight, cosine, squares)
+    free_range = erode(hits[0], hits[1], hits[2], inflated_radius, sight, cosine, squares)
     # First test whether the least margin opens any passage at all; it rarely does.
-    look = np.zeros(samples)
+    tested_range = np.zeros(samples)
     for i in range(samples):
-        if free[i] < shut:
-            look[i] = min(sight[i], shut + 2.0 * PASSAGE_DEPTH * radius)
-    if least >= margin or find_largest(look) == 0.0:
-        return free, limit, margin
-    narrowest = erode(hits[0], hits[1], hits[2], radius + least, look, cosine, squares)
-    if not add_passages(free, narrowest, radius)[1]:
-        return free, limit, margin
+        if free_range[i] < shut:
+            tested_range[i] = min(sight[i], shut + 2.0 * PASSAGE_DEPTH * radius)
+    if least >= margin or find_largest(tested_range) == 0.0:
+        return free_range, limit, margin
+    narrowest = erode(hits[0], hits[1], hits[2], radius + least, tested_range, cosine, squares)
+    if not add_passages(free_range, narrowest, radius)[1]:
+        return free_range, limit, margin
     least_margin = margin
     for step in range(1, MARGIN_STEPS + 1):
         tried_margin = margin + (least - margin) * step / MARGIN_STEPS
         narrow = erode(hits[0], hits[1], hits[2], radius + tried_margin, sight, cosine, squares)
-        free, has_passages = add_passages(free, narrow, radius)
+        free_range, has_passages = add_passages(free_range, narrow, radius)
         if has_passages:
             least_margin = tried_margin
-    return free, limit, least_margin
+    return free_range, limit, least_margin
 
 
 @kernel
@@ -177,12 +177,12 @@ def average_neighbours(beams, half_width, slack):
     distance, range_max, wrap = beams.distances, beams.range_max, beams.seam < np.inf
     n = len(distance)
     jump, limit = JUMP * beams.cover_radius + slack, SAME_SURFACE * beams.cover_radius + slack
-    out = distance.copy()
+    smoothed_distance = distance.copy()
     for i in range(n):
         if distance[i] >= range_max:
             continue
         width = min(half_width, (n - 1) // 2) if wrap else min(half_width, i, n - 1 - i)
-        total = beams_before = beams_after = distance[i]
+        distance_sum = beams_before = beams_after = distance[i]
         count = 0
         for k in range(1, width + 1):  # grow a symmetric window while both sides stay on the surface
             a = distance[i - k]  # a negative index counts from the end
@@ -191,13 +191,13 @@ def average_neighbours(beams, half_width, slack):
                 break
             if abs(a - beams_before) > jump or abs(b - beams_after) > jump:
                 break
-            total += a + b
+            distance_sum += a + b
             beams_before, beams_after = a, b
             count = k
-        mean = total / (2 * count + 1)
-        if abs(mean - distance[i]) < limit:
-            out[i] = mean
-    return out
+        mean_distance = distance_sum / (2 * count + 1)
+        if abs(mean_distance - distance[i]) < limit:
+            smoothed_distance[i] = mean_distance
+    return smoothed_distance
 
 
 @kernel
@@ -210,8 +210,8 @@ def limit_by_moving_obstacles(limit, beams, radius):
     distance, kinds, increment, seam = beams.distances, beams.kinds, beams.increment, beams.seam
     samples, count = len(limit), len(distance)
     wrap = seam < np.inf
-    out = limit.copy()
-    step = 2.0 * math.pi / samples
+    limited_range = limit.copy()
+    sample_angle = 2.0 * math.pi / samples
     for i in range(len(distance)):
         if kinds[i] & MOVING:
             seen_range = max(distance[i] - radius, 0.0)
@@ -219,11 +219,12 @@ def limit_by_moving_obstacles(limit, beams, radius):
             if wrap and seam != increment:
                 bearing_before = -seam if i == 0 else bearing_before
                 bearing_after = i * increment + seam if i == count - 1 else bearing_after
-            first, last = int(math.ceil(bearing_before / step)), int(math.floor(bearing_after / step))
-            for k in range(first, last + 1):
+            first_sample = int(math.ceil(bearing_before / sample_angle))
+            last_sample = int(math.floor(bearing_after / sample_angle))
+            for k in range(first_sample, last_sample + 1):
                 if wrap or 0 <= k < samples:
-                    out[k % samples] = min(out[k % samples], seen_range)
-    return out
+                    limited_range[k % samples] = min(limited_range[k % samples], seen_range)
+    return limited_range
 
 
 @kernel
@@ -243,12 +244,12 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
     """
     samples = len(distance)
     quarter = samples // 4  # no disc covers more than a quarter turn to either side
-    reach = quarter + 1
+    padding = quarter + 1
     # The full turn with an overlap, so that inner loops need no wrap-around; `mirrored_line` runs clockwise. Loops get
     # vectorized that run over slices from 0 on.
-    line, mirrored_line = np.full(samples + 2 * reach, np.inf), np.full(samples + 2 * reach, np.inf)
+    line, mirrored_line = np.full(samples + 2 * padding, np.inf), np.full(samples + 2 * padding, np.inf)
     farthest = find_largest(limit)
-    width = 0  # samples that the disc covers to either side: neighbouring hits differ little
+    half_width = 0  # samples that the disc covers to either side: neighbouring hits differ little
     for j in range(samples):
         d = distance[j]
         if d == np.inf:
@@ -257,24 +258,24 @@ def erode(distance, gap, offset, radius, limit, cosine, sine_squared):
         if d - inflated_radius - gap[j] >= farthest:
             continue
         squared = inflated_radius * inflated_radius + gap[j] * gap[j]
-        center = j + reach
+        center = j + padding
         if d * d <= squared:
             line[center - quarter : center + quarter + 1] = 0.0
             continue
         d_squared = d * d
-        while width < quarter and d_squared * sine_squared[width + 1] <= squared:
-            width += 1
-        while d_squared * sine_squared[width] > squared:
-            width -= 1
-        left_window = line[center : center + width + 1]
-        right_window = mirrored_line[-1 - center + len(line) :][: width + 1]
-        for i in range(width + 1):
+        while half_width < quarter and d_squared * sine_squared[half_width + 1] <= squared:
+            half_width += 1
+        while d_squared * sine_squared[half_width] > squared:
+            half_width -= 1
+        left_window = line[center : center + half_width + 1]
+        right_window = mirrored_line[-1 - center + len(line) :][: half_width + 1]
+        for i in range(half_width + 1):
             entry = d * cosine[i] - math.sqrt(squared - d_squared * sine_squared[i])
             left_window[i], right_window[i] = min(left_window[i], entry), min(right_window[i], entry)
-    line, out = np.minimum(line, mirrored_line[::-1]), limit.copy()
+    line, free_range = np.minimum(line, mirrored_line[::-1]), limit.copy()
     for i in range(samples):
-        out[i] = min(out[i], line[reach + i])
-    for i in range(reach):
-        out[i] = min(out[i], line[reach + samples + i])
-        out[samples - reach + i] = min(out[samples - reach + i], line[i])
-    return out
+        free_range[i] = min(free_range[i], line[padding + i])
+    for i in range(padding):
+        free_range[i] = min(free_range[i], line[padding + samples + i])
+        free_range[samples - padding + i] = min(free_range[samples - padding + i], line[i])
+    return free_range

@@ -41,8 +41,8 @@ def describe_obstruction(
     sample = int(turn_angle * len(star.values) / TURN) % len(star.values)
     if min(star.values[sample], star.values[(sample + 1) % len(star.values)]) > SHORTEST_WAY * cover_radius:
         return _describe_moving_obstacle(scan, cover_radius)
-    first, last = find_field_of_view(scan)
-    if not first <= turn_angle <= last:
+    first_bearing, last_bearing = find_field_of_view(scan)
+    if not first_bearing <= turn_angle <= last_bearing:
         return (
             f"blind: the lidar looks from {math.degrees(scan.angle_min):.0f} to {math.degrees(scan.angle_max):.0f} "
             f"degrees; the way leads towards {math.degrees(math.remainder(path_bearing, TURN)):.0f} degrees"

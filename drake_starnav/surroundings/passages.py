@@ -12,7 +12,7 @@ MARGIN_STEPS = 2
 
 
 @kernel
-def add_passages(free, narrow, radius):
+def add_passages(free_range, narrow_range, radius):
     """Return the free range with the passages that only a narrower robot fits through, and whether there are any.
 
     A passage is a run of bearings at which the narrower robot gets farther by more than PASSAGE_DEPTH. The wider robot
@@ -20,31 +20,31 @@ def add_passages(free, narrow, radius):
     only cut a corner.
 
     Args:
-        free, narrow: shape (M,), free range of the wider and of the narrower robot, m.
+        free_range, narrow_range: shape (M,), free range of the wider and of the narrower robot, m.
         radius: of the robot, m.
     """
-    n = len(free)
-    out = free.copy()
-    deeper = narrow > free + PASSAGE_DEPTH * radius
+    n = len(free_range)
+    opened_range = free_range.copy()
+    deeper = narrow_range > free_range + PASSAGE_DEPTH * radius
     has_passages = False
     start = 0
     while start < n and deeper[start]:
         start += 1
     if start == n:  # at all bearings: the wider robot cannot move
-        return narrow.copy(), True
+        return narrow_range.copy(), True
     k = start
     while k < start + n:
         if not deeper[k % n]:
             k += 1
             continue
-        first = k
-        reached_range = free[(first - 1) % n]
+        first_sample = k
+        reached_range = free_range[(first_sample - 1) % n]
         while deeper[k % n]:
-            reached_range = max(reached_range, free[k % n])
+            reached_range = max(reached_range, free_range[k % n])
             k += 1
-        reached_range = max(reached_range, free[k % n])
+        reached_range = max(reached_range, free_range[k % n])
         if reached_range < SHUT * radius:
             has_passages = True
-            for i in range(first, k):
-                out[i % n] = narrow[i % n]
-    return out, has_passages
+            for i in range(first_sample, k):
+                opened_range[i % n] = narrow_range[i % n]
+    return opened_range, has_passages

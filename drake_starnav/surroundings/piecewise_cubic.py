@@ -86,7 +86,7 @@ def _fit(samples, breaks, tolerance, one_sided):
     starts, values, slopes = np.empty(count, np.int64), np.empty(count), np.empty(count)
     stack, abscissa = np.empty((64, 2), np.int64), np.empty(count)
     segments = 0
-    step = 2.0 * math.pi / count
+    sample_angle = 2.0 * math.pi / count
     for b in range(len(breaks) - 1):
         if breaks[b + 1] <= breaks[b]:
             continue
@@ -107,9 +107,9 @@ def _fit(samples, breaks, tolerance, one_sided):
                 largest_above = max(largest_above, error)
                 largest_below = max(largest_below, -error)
             if largest_above + largest_below > tolerance and n >= SMALLEST_SPLIT:
-                middle = (first + end + 1) // 2
-                stack[depth, 0], stack[depth, 1] = middle, end
-                stack[depth + 1, 0], stack[depth + 1, 1] = first, middle
+                middle_sample = (first + end + 1) // 2
+                stack[depth, 0], stack[depth, 1] = middle_sample, end
+                stack[depth + 1, 0], stack[depth + 1, 1] = first, middle_sample
                 depth += 2
                 continue
             if one_sided and largest_above > 0.0:
@@ -119,7 +119,7 @@ def _fit(samples, breaks, tolerance, one_sided):
             for i in range(n):
                 s = abscissa[i]
                 values[first + i] = max(c0 + s * (c1 + s * (c2 + s * c3)), 0.0)
-                slopes[first + i] = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / (half * step)
+                slopes[first + i] = (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / (half * sample_angle)
     return starts[:segments].copy(), values, slopes
 
 

@@ -172,14 +172,14 @@ def _own_reach(body: Footprint) -> np.ndarray:
     bearing = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
     rays = np.column_stack((np.cos(bearing), np.sin(bearing)))
     _, normals, offsets, part_ends = body.polygons
-    reach, begin = np.zeros(BEARINGS), 0
+    own_reach, begin = np.zeros(BEARINGS), 0
     for end in part_ends.tolist():
         outward, offset_of_edge = rays @ normals[begin:end].T, offsets[begin:end]
         begin = end
         if (offset_of_edge > 0.0).all():  # the axis is inside
             leaving_range = np.where(outward > PARALLEL, offset_of_edge / np.maximum(outward, PARALLEL), np.inf)
-            reach = np.maximum(reach, leaving_range.min(axis=1))
-    return reach
+            own_reach = np.maximum(own_reach, leaving_range.min(axis=1))
+    return own_reach
 
 
 class _Crossings(NamedTuple):
@@ -230,10 +230,10 @@ def _cross_view(crossings, beams, frame, hit_bits, sight, bit):
             vertices[k, 0] = x + d * (cosine_yaw * directions[m, 0] - sine_yaw * directions[m, 1])
             vertices[k, 1] = y + d * (sine_yaw * directions[m, 0] + cosine_yaw * directions[m, 1])
     vertices[2 * cells, 0], vertices[2 * cells, 1] = (vertices[0, 0], vertices[0, 1]) if full else (x, y)
-    last = len(vertices) - 1
+    last_vertex = len(vertices) - 1
     ax = ay = 0.0
     start_cell = -1.0  # its bearing as a real number of rays; -1 on the axis, where all rays begin
-    for k in range(-1, last + 1):  # the edge that leads to each vertex
+    for k in range(-1, last_vertex + 1):  # the edge that leads to each vertex
         bx, by, bearing_cell = vertices[k, 0], vertices[k, 1], -1.0
         if bx * bx + by * by > 1e-18:
             bearing_cell = (math.atan2(by, bx) + math.pi) * (BEARINGS / TURN)
@@ -247,12 +247,12 @@ def _cross_edge(crossings, start, end, kind, bit):
     """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
     distance, view, kinds, count, is_inside = crossings
     (ax, ay, a), (bx, by, b) = start, end
-    low, high = (a, b) if a < b else (b, a)
-    first, last_cell = int(math.ceil(low)), int(math.ceil(high))
-    if high - low > 0.5 * BEARINGS:
-        first, last_cell = last_cell, first + BEARINGS
+    low_cell, high_cell = (a, b) if a < b else (b, a)
+    first_cell, last_cell = int(math.ceil(low_cell)), int(math.ceil(high_cell))
+    if high_cell - low_cell > 0.5 * BEARINGS:
+        first_cell, last_cell = last_cell, first_cell + BEARINGS
     ex, ey = bx - ax, by - ay
-    for n in range(first, last_cell):
+    for n in range(first_cell, last_cell):
         k = n % BEARINGS
         bearing = k * (TURN / BEARINGS) - math.pi
         across = math.cos(bearing) * ey - math.sin(bearing) * ex
@@ -279,7 +279,7 @@ def _walk_rays(crossings, own_reach, farthest_range, current_views):
     one sees through it.
     """
     distance, view, kinds, count, begin = crossings
-    free, end = np.full(len(count), farthest_range), np.full(len(count), FREE, np.int8)
+    free_range, end_kind = np.full(len(count), farthest_range), np.full(len(count), FREE, np.int8)
     for k in range(len(count)):
         is_inside, reached_range = begin[k], own_reach[k]
         for i in range(min(count[k], CROSSINGS)):
@@ -290,19 +290,19 @@ def _walk_rays(crossings, own_reach, farthest_range, current_views):
                 reached_range = farthest_range
                 break
             if kinds[k, i] <= UNKNOWN and (view[k, i] <= current_views or is_inside & (view[k, i] - 1) == 0):
-                reached_range, end[k] = t, kinds[k, i]
+                reached_range, end_kind[k] = t, kinds[k, i]
                 break
             is_inside ^= view[k, i]
             if t >= own_reach[k] and (is_inside == 0 or i == CROSSINGS - 1):
-                reached_range, end[k] = t, DYNAMIC if kinds[k, i] == DYNAMIC else OPEN
+                reached_range, end_kind[k] = t, DYNAMIC if kinds[k, i] == DYNAMIC else OPEN
                 break
-        free[k] = reached_range
-        if reached_range < farthest_range and end[k] == FREE:
-            end[k] = OPEN
-    return free, end
+        free_range[k] = reached_range
+        if reached_range < farthest_range and end_kind[k] == FREE:
+            end_kind[k] = OPEN
+    return free_range, end_kind
 
 
-def _add_thin_obstacles(distance: np.ndarray, end: np.ndarray, hits: Hits, kinds: np.ndarray) -> None:
+def _add_thin_obstacles(distance: np.ndarray, end_kind: np.ndarray, hits: Hits, kinds: np.ndarray) -> None:
     """Let rays end at hits that they may pass beside: those whose chords are no longer than rays are apart there."""
     points, half_chords = hits
     thin_range, bearing = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
@@ -310,4 +310,4 @@ def _add_thin_obstacles(distance: np.ndarray, end: np.ndarray, hits: Hits, kinds
     thin_range, ray = thin_range[thin], np.rint((bearing[thin] + math.pi) * (BEARINGS / TURN)).astype(int) % BEARINGS
     order = np.argsort(-thin_range)
     order = order[thin_range[order] < distance[ray[order]]]  # of several on one ray the nearest is written last
-    distance[ray[order]], end[ray[order]] = thin_range[order], kinds[thin][order]
+    distance[ray[order]], end_kind[ray[order]] = thin_range[order], kinds[thin][order]

@@ -92,13 +92,14 @@ class RegionUnion(NamedTuple):
 def _find_covering_regions(union, points, slack):
     """Return the loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
-    out, last = np.empty(len(points), np.int64), np.int64(-1)  # a literal would compile its callees twice
+    found_regions = np.empty(len(points), np.int64)
+    last_region = np.int64(-1)  # a literal would compile its callees twice
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
-        if last < 0 or not covers(center, bearing_0, values, last, x, y, slack):
-            last = find_covering_region(union, x, y, slack)
-        out[n] = last
-    return out
+        if last_region < 0 or not covers(center, bearing_0, values, last_region, x, y, slack):
+            last_region = find_covering_region(union, x, y, slack)
+        found_regions[n] = last_region
+    return found_regions
 
 
 @kernel
@@ -161,51 +162,51 @@ def find_first_departure(union, start, end, guess, radius):
     center, bearing_0, values = union.center, union.bearing_0, union.values
     (x0, y0), (x1, y1) = start, end
     length = math.hypot(x1 - x0, y1 - y0)
-    count = int(length / (LINE_STEP * radius)) + 1
+    sample_count = int(length / (LINE_STEP * radius)) + 1
     if 0.0 < guess < length:
-        i = int(guess / length * count + 0.5)
-        place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
+        i = int(guess / length * sample_count + 0.5)
+        place = x0 + (x1 - x0) * i / sample_count, y0 + (y1 - y0) * i / sample_count
         if find_covering_region(union, place[0], place[1], 0.0) < 0:
-            return max(length * i / count, 1e-9)
-    last, i, leap = np.int64(-1), 0, 1
-    while i <= count:
-        place = x0 + (x1 - x0) * i / count, y0 + (y1 - y0) * i / count
-        previous_region = last
-        if last < 0 or not covers(center, bearing_0, values, last, place[0], place[1], 0.0):
-            last = find_covering_region(union, place[0], place[1], 0.0)
-        if last < 0:
+            return max(length * i / sample_count, 1e-9)
+    last_region, i, leap = np.int64(-1), 0, 1
+    while i <= sample_count:
+        place = x0 + (x1 - x0) * i / sample_count, y0 + (y1 - y0) * i / sample_count
+        previous_region = last_region
+        if last_region < 0 or not covers(center, bearing_0, values, last_region, place[0], place[1], 0.0):
+            last_region = find_covering_region(union, place[0], place[1], 0.0)
+        if last_region < 0:
             break
-        if last != previous_region:
+        if last_region != previous_region:
             leap = LEAP
         i += 1
-        while leap > 1 and i <= count:
-            leap_end = min(i + leap, count)
-            farther_point = x0 + (x1 - x0) * leap_end / count, y0 + (y1 - y0) * leap_end / count
-            if _covers_segment(center, bearing_0, values, last, place, farther_point):
+        while leap > 1 and i <= sample_count:
+            leap_end = min(i + leap, sample_count)
+            farther_point = x0 + (x1 - x0) * leap_end / sample_count, y0 + (y1 - y0) * leap_end / sample_count
+            if _covers_segment(center, bearing_0, values, last_region, place, farther_point):
                 i, place, leap = leap_end + 1, farther_point, 2 * leap
             else:
                 leap //= 2
-    if i > count:
+    if i > sample_count:
         return -1.0
     next_index = i + 1
-    while next_index <= min(count, i + OUTSIDE_SAMPLES):
-        place = x0 + (x1 - x0) * next_index / count, y0 + (y1 - y0) * next_index / count
+    while next_index <= min(sample_count, i + OUTSIDE_SAMPLES):
+        place = x0 + (x1 - x0) * next_index / sample_count, y0 + (y1 - y0) * next_index / sample_count
         if find_covering_region(union, place[0], place[1], 0.0) >= 0:
             break
         next_index += 1
-    return max(length * ((i + next_index - 1) // 2) / count, 1e-9)
+    return max(length * ((i + next_index - 1) // 2) / sample_count, 1e-9)
 
 
 @kernel
 def measure_excess(union, x, y):
     """Return how far (x, y) is beyond each region's boundary on the ray from its centre, at most 0 inside; (n,), m."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
-    out = np.empty(len(center))
-    for k in range(len(out)):
+    excess_ranges = np.empty(len(center))
+    for k in range(len(excess_ranges)):
         dx, dy = x - center[k, 0], y - center[k, 1]
         left_sample, right_sample = find_samples_beside(bearing_0[k], values.shape[1], dx, dy)
-        out[k] = math.hypot(dx, dy) - min(values[k, left_sample], values[k, right_sample])
-    return out
+        excess_ranges[k] = math.hypot(dx, dy) - min(values[k, left_sample], values[k, right_sample])
+    return excess_ranges
 
 
 @leaf
@@ -227,14 +228,14 @@ def _covers_segment(center, bearing_0, values, k, start, end):
     if ax * ax + ay * ay < 1e-12:  # no bearing
         ax, ay = bx, by
     farthest = math.sqrt(max(ax * ax + ay * ay, bx * bx + by * by)) + 1e-9
-    turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-    if not abs(turn) < 3.0:
+    segment_angle = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+    if not abs(segment_angle) < 3.0:
         return False
     samples = values.shape[1]
-    step = 2.0 * math.pi / samples
-    begin = math.atan2(ay, ax) - bearing_0[k]
-    low, high = min(begin, begin + turn), max(begin, begin + turn)
-    for m in range(int(math.floor(low / step - 1e-6)), int(math.floor(high / step + 1e-6)) + 2):
+    sample_angle = 2.0 * math.pi / samples
+    start_bearing = math.atan2(ay, ax) - bearing_0[k]
+    low, high = min(start_bearing, start_bearing + segment_angle), max(start_bearing, start_bearing + segment_angle)
+    for m in range(int(math.floor(low / sample_angle - 1e-6)), int(math.floor(high / sample_angle + 1e-6)) + 2):
         if values[k, m % samples] < farthest:
             return False
     return True
@@ -257,8 +258,8 @@ def find_samples_beside(bearing_0, samples, dx, dy):
         angle = 0.5 * math.pi - angle
     if dx < 0.0:
         angle = math.pi - angle
-    turn = ((-angle if dy < 0.0 else angle) - bearing_0) / (2.0 * math.pi)
-    position = (turn - math.floor(turn)) * samples
+    turn_share = ((-angle if dy < 0.0 else angle) - bearing_0) / (2.0 * math.pi)
+    position = (turn_share - math.floor(turn_share)) * samples
     left_sample = int(position)
     if not ROUGH < position - left_sample < 1.0 - ROUGH:
         left_sample = int(math.floor((math.atan2(dy, dx) - bearing_0) * samples / (2.0 * math.pi))) % samples

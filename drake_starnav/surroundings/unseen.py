@@ -202,21 +202,22 @@ def clip_by_half_plane(part, n, nx, ny, offset, out):
 def _inflate_part(frame, body, k, margin):
     """Return a polygon around the k-th part of a body with a margin, that exceeds it by no more than EXCESS, W."""
     (x, y, cosine, sine), (vertices, normals, _, stops) = frame, body.polygons
-    start, end, size = 0, 1, margin + (0.0 if len(stops) else body.radius)
+    start, end, inflation = 0, 1, margin + (0.0 if len(stops) else body.radius)
     if len(stops):
         start, end = (stops[k - 1] if k > 0 else 0), stops[k]
-    out, widest_angle = [], 2.0 * math.acos(size / (size + EXCESS))
+    inflated_corners, widest_angle = [], 2.0 * math.acos(inflation / (inflation + EXCESS))
     for j in range(start, end):
-        u, v, first, turn = 0.0, 0.0, 0.0, TURN
+        u, v, first, turn_angle = 0.0, 0.0, 0.0, TURN
         if len(stops):
             (a, b), (c, d) = normals[j - 1 if j > start else end - 1], normals[j]
-            (u, v), first, turn = vertices[j], math.atan2(b, a), math.atan2(a * d - b * c, a * c + b * d)
-        count = math.ceil(turn / widest_angle)
-        for t in range(count):
-            angle, corner_distance = first + turn * (t + 0.5) / count, size / math.cos(0.5 * turn / count)
+            (u, v), first, turn_angle = vertices[j], math.atan2(b, a), math.atan2(a * d - b * c, a * c + b * d)
+        corner_count = math.ceil(turn_angle / widest_angle)
+        for t in range(corner_count):
+            angle = first + turn_angle * (t + 0.5) / corner_count
+            corner_distance = inflation / math.cos(0.5 * turn_angle / corner_count)
             p, q = u + corner_distance * math.cos(angle), v + corner_distance * math.sin(angle)
-            out.append((x + cosine * p - sine * q, y + sine * p + cosine * q))
-    return np.array(out)
+            inflated_corners.append((x + cosine * p - sine * q, y + sine * p + cosine * q))
+    return np.array(inflated_corners)
 
 
 @kernel

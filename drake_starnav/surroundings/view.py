@@ -179,17 +179,17 @@ def make_hits(beams, smoothing, x, y):
     return points, measure_half_chords(smoothed_ranges, beams)[hits]
 
 
-def find_near_hits(view: View, reach: float) -> Hits:
-    """Return the smoothed hits of a view nearer to the robot's axis than `reach`, m, in W."""
+def find_near_hits(view: View, farthest_distance: float) -> Hits:
+    """Return the smoothed hits of a view nearer to the robot's axis than `farthest_distance`, m, in W."""
     x, y, yaw = view.robot_pose.tolist()
     mount, smoothing = view.mount, view.params.smoothing
-    return Hits(*_find_near_hits(view.beams, smoothing, (mount.x, mount.y), reach, (x, y), yaw))
+    return Hits(*_find_near_hits(view.beams, smoothing, (mount.x, mount.y), farthest_distance, (x, y), yaw))
 
 
 @kernel
-def _find_near_hits(beams, smoothing, place, reach, position, yaw):
+def _find_near_hits(beams, smoothing, place, farthest_distance, position, yaw):
     """Return points and half gaps of `find_near_hits`, of a lidar at a place in B."""
     points, gaps = make_hits(beams, smoothing, place[0], place[1])
-    is_near = np.hypot(points[:, 0], points[:, 1]) < reach
+    is_near = np.hypot(points[:, 0], points[:, 1]) < farthest_distance
     cosine, sine = math.cos(yaw), math.sin(yaw)
     return place_ends(points, np.ones(len(points)), is_near, position[0], position[1], cosine, sine), gaps[is_near]

@@ -80,14 +80,14 @@ def view_covers(k, views, part, n):
         dx, dy = part[i, 0] - x, part[i, 1] - y
         off_angle = math.atan2(mx * dy - my * dx, mx * dx + my * dy)
         left_angle, right_angle = max(left_angle, off_angle), min(right_angle, off_angle)
-    free, step = views.visible_ranges[k], TURN / BINS
-    first, last = 0, BINS - 1
+    visible_range, bin_angle = views.visible_ranges[k], TURN / BINS
+    first_bin, last_bin = 0, BINS - 1
     if left_angle - right_angle < WIDE_ANGLE:  # else it may lie around the lidar
         bearing = math.atan2(my, mx) - yaw
-        first = int(math.floor((bearing + right_angle) / step + ROUNDING))  # not the bin that it only touches
-        last = max(int(math.floor((bearing + left_angle) / step - ROUNDING)), first)
-    for b in range(first, last + 1):  # noqa: SIM110 - Numba takes no generator
-        if free[b % BINS] < farthest_distance:
+        first_bin = int(math.floor((bearing + right_angle) / bin_angle + ROUNDING))  # not the bin that it only touches
+        last_bin = max(int(math.floor((bearing + left_angle) / bin_angle - ROUNDING)), first_bin)
+    for b in range(first_bin, last_bin + 1):  # noqa: SIM110 - Numba takes no generator
+        if visible_range[b % BINS] < farthest_distance:
             return False
     return True
 

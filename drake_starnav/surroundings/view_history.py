@@ -112,12 +112,10 @@ def _select_views(latest, past, flags, position, least, lengths):
     `flags` are whether the last one is the initial free disc, and whether views from one place count, too, since each
     saw what others lost; `least` time, s, way, m, and turn, rad, count, and `lengths` are reach and spacing, m.
     """
-    (has_disc, has_lost_beams), (reach, spacing), count, rows = (
-        flags,
-        lengths,
-        len(latest),
-        np.concatenate((latest, past)),
-    )
+    (has_disc, has_lost_beams) = flags
+    (reach, spacing) = lengths
+    count = len(latest)
+    rows = np.concatenate((latest, past))
     counts, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - has_disc
     if len(rows) > older > 0:
         if older == end or has_lost_beams or _are_apart(rows[count], rows[older], spacing):
@@ -145,13 +143,13 @@ def _select_views(latest, past, flags, position, least, lengths):
 
 
 @kernel
-def _are_apart(one, other, spacing):
-    distance, turn = _measure_pose_difference(one, other)
-    return distance > spacing or turn > VIEW_TURN
+def _are_apart(pose_1, pose_2, spacing):
+    distance, turn_angle = _measure_pose_difference(pose_1, pose_2)
+    return distance > spacing or turn_angle > VIEW_TURN
 
 
 @kernel
-def _measure_pose_difference(one, other):
+def _measure_pose_difference(pose_1, pose_2):
     """Return the distance of two views, m, and the angle by which they are turned, rad."""
-    turn = one[2] - other[2]
-    return math.hypot(one[0] - other[0], one[1] - other[1]), abs(turn - TURN * round(turn / TURN))
+    turn_angle = pose_1[2] - pose_2[2]
+    return math.hypot(pose_1[0] - pose_2[0], pose_1[1] - pose_2[1]), abs(turn_angle - TURN * round(turn_angle / TURN))
