@@ -19,7 +19,7 @@ from drake_starnav.cli.simulate import simulate
 from drake_starnav.evaluation import workers
 from drake_starnav.evaluation.jobs import Case, Job
 from drake_starnav.evaluation.trial_file import read_trials
-from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, make_local_pool, run_jobs, start_local_processes
+from drake_starnav.evaluation.workers import THREAD_VARIABLES, Pool, run_jobs, start_local_processes
 from tests.helpers.trials import AtOnce
 
 pytestmark = pytest.mark.slow
@@ -71,19 +71,6 @@ def test_local_processes_have_one_thread_and_leave_nothing_behind() -> None:
         assert executor.submit(os.getpid).result() != os.getpid()
         assert [executor.submit(os.getenv, name).result() for name in THREAD_VARIABLES] == ["1"] * len(THREAD_VARIABLES)
     assert not multiprocessing.active_children()
-
-
-def test_a_killed_worker_costs_only_a_retry() -> None:
-    """With the real thing: a process is killed while trials are under way, and each has its record once."""
-    text = "world: !Obstacles {goal: [1.0, 0.0]}\n"
-    jobs = [Job(Case("empty", "star", text), k, k) for k in range(4)]
-    records = []
-    for record in run_jobs(jobs, make_local_pool(1)):
-        if not records:
-            multiprocessing.active_children()[0].kill()
-        records.append(record)
-    assert sorted(record["trial"] for record in records) == [0, 1, 2, 3]
-    assert {record["outcome"] for record in records} == {"reached"}
 
 
 TIMES = ("wall_s", "command", "scan", "plan")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
-from drake_starnav.geometry.se2 import compose_poses
+from drake_starnav.geometry.se2 import compose_poses, transform_points
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import Actuation, roll_out
@@ -24,9 +24,8 @@ from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.kinematic_robot import KinematicRobot
-from tests.helpers.motions import certified
+from tests.helpers.motions import certified, exact_poses
 from tests.helpers.scans import MARGINS, RADIUS, cast, noisy, observe_scan, scattered, seeds
-from tests.helpers.sweep import sweep
 
 ROBOT = RobotParameters()
 LIMITS = ROBOT.limits
@@ -73,12 +72,14 @@ def tried(seed: int, shape: Footprint, noise: bool, robot: RobotParameters) -> t
     twist, target = (robot.drive.saturate(rng.uniform(-speeds, speeds), limits) for _ in range(2))
     twist *= rng.random() < 0.5
     delay, hold = rng.choice((0.0, 0.02)), rng.choice((0.02, 0.1))
-    motion = roll_out(pose, twist, target, Actuation(limits, shape, hold, delay, robot.drive))
+    actuation = Actuation(limits, shape, hold, delay, robot.drive)
+    motion = roll_out(pose, twist, target, actuation)
     if not motion.grips:
         return False, math.inf
     star = seen_by(world, pose, shape, rng if noise else None)
     certificate = ClearanceCertificate(star, MARGIN, shape)
-    poses = sweep(pose, (twist, target), (delay, hold), limits)
+    x, y, yaw = exact_poses(twist, target, actuation)[::20].T
+    poses = np.column_stack((transform_points(pose, np.column_stack((x, y))), pose[2] + yaw))
     return certificate.accepts(motion), float(compute_body_clearance(world, poses, shape).min())
 
 

@@ -166,12 +166,11 @@ def test_lidars_of_any_rates_track_what_moves(model: str, rate: float, caution: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     "lidars", [("lidar.frame=ahead",), ("lidar.frame=behind",), ("lidar.frame=top_laser",), CORNERS]
 )
-def test_a_robot_drives_with_lidars_anywhere(model: str, lidars: tuple[str, ...], seed: int) -> None:
-    trial = run_trial(load_scenario("forest", overrides=[model, *lidars]), seed=seed)
+def test_a_robot_drives_with_lidars_anywhere(model: str, lidars: tuple[str, ...]) -> None:
+    trial = run_trial(load_scenario("forest", overrides=[model, *lidars]), seed=1)
     assert trial.outcome == "reached" and trial.min_clearance_m > 0.0
 
 

@@ -1,5 +1,7 @@
 """Files appear whole or not at all."""
 
+import errno
+import io
 import os
 from pathlib import Path
 
@@ -65,12 +67,22 @@ def test_a_text_is_read_with_or_without_a_mark_and_else_the_reason_is_told(tmp_p
 
 
 def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    endless, pipe, large = tmp_path / "endless", tmp_path / "pipe", tmp_path / "large"
+    endless, pipe, large, secret = (tmp_path / name for name in ("endless", "pipe", "large", "secret"))
     endless.symlink_to("/dev/zero")
     os.mkfifo(pipe)
     large.write_bytes(b"12345678")
+    secret.write_bytes(b"1")
+    opened = io.open
+
+    def forbid(file, *mode, **more):
+        if Path(str(file)) == secret:
+            raise PermissionError(errno.EACCES, "Permission denied", str(file))
+        return opened(file, *mode, **more)
+
+    monkeypatch.setattr(io, "open", forbid)
     monkeypatch.setattr(files, "LARGEST_FILE", 7)
-    for path, reason in ((endless, "no regular file"), (pipe, "no regular file"), (large, "it has more than")):
+    irregular = ((endless, "no regular file"), (pipe, "no regular file"), (tmp_path, "a folder"))
+    for path, reason in (*irregular, (large, "it has more than"), (secret, "Permission denied")):
         for read in (lambda path: read_bytes(path, str(path), "a file"), read_text):
             with pytest.raises(StarnavError, match=f"{path} cannot be read: {reason}"):
                 read(path)
