@@ -112,18 +112,6 @@ MACROS = """<robot name="plain" xmlns:xacro="http://ros.org/wiki/xacro">
 <xacro:include filename="$(find elsewhere)/sensor.xacro"/>"""
 
 
-@pytest.mark.filterwarnings("ignore")
-def test_macros_are_expanded(tmp_path: Path) -> None:
-    pytest.importorskip("xacro")
-    text = EDITED.replace('<robot name="plain">', MACROS).replace('"0 0.13 0"', '"0 ${width / 2} 0"')
-    (tmp_path / "package.xml").write_text('<package format="2"><name>plain_description</name></package>')
-    (tmp_path / "wheel.xacro").write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro"/>')
-    station = standing(written(tmp_path, text))
-    assert station.robot_interface.robot.model and station.plant.num_actuators() == 2
-    with pytest.raises(StarnavError, match="plain.urdf: xacro: .*away"):
-        standing(written(tmp_path, text.replace("${width / 2}", "${away}")))
-
-
 ARGUMENTS = """<robot name="plain" xmlns:xacro="http://ros.org/wiki/xacro">
 <xacro:arg name="half" default="0.1"/><xacro:arg name="prefix" default=""/><xacro:arg name="tall" default="false"/>"""
 

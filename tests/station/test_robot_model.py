@@ -123,15 +123,6 @@ def test_a_model_lies_within_its_footprint_but_for_what_swings_above(
         standing(RobotParameters(model=path, **said))
 
 
-def test_packages_of_the_ros_environment_are_found(tmp_path: Path, monkeypatch) -> None:
-    (tmp_path / "package.xml").write_text('<package format="2"><name>mine</name></package>')
-    (tmp_path / "shell.obj").write_text(SHELL)
-    shell = '<mesh filename="package://mine/shell.obj"/>'
-    path = changed_starbot(tmp_path, '<cylinder radius="0.25" length="0.1"/>', shell)
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    assert standing(RobotParameters(model=path)).robot_geometries
-
-
 @pytest.mark.parametrize("mass_error", [0.0, 0.2])
 def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: float) -> None:
     (tmp_path / "shell.obj").write_text(SHELL)
