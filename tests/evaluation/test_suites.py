@@ -6,6 +6,7 @@ from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.evaluation.jobs import make_cases
 from drake_starnav.evaluation.suites import SUITES, Published, Suite, make_suite_table
 from tests.evaluation.test_summary import record
+from tests.helpers.trials import run_trials_here
 
 
 def by_case(rows) -> dict[tuple[str, str], list[str]]:
@@ -50,6 +51,7 @@ def test_our_figures_stand_beside_the_published_ones() -> None:
 
 
 def test_a_suite_runs_and_prints_its_table(tmp_path, capsys, monkeypatch) -> None:
+    run_trials_here(monkeypatch)
     (tmp_path / "post.yaml").write_text("world: !Obstacles {cylinders: [[1.0, 0.9, 0.3]], goal: [1.5, 0.0]}\n")
     (tmp_path / "box.yaml").write_text(
         "world: !Obstacles {polygons: [[[0.8, 1], [1.2, 1], [1, 1.4]]], goal: [1.5, 0.0]}\n"

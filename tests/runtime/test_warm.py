@@ -32,7 +32,7 @@ begin = time.perf_counter()
 navigator = Navigator(scenario, mounts=TwoEyes.MOUNTS if two else None)
 print(f"warm after {time.perf_counter() - begin:.1f} s", file=sys.stderr)
 before, took, compiled = loaded(), [], []
-while robot.time < 60.0:
+while robot.time < 30.0:
     reading = robot.read()
     begin = time.thread_time()
     with event.install_recorder("numba:compile") as recorded:
