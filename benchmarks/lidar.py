@@ -2,9 +2,9 @@
 
 Run: python benchmarks/lidar.py
 
-Both are called from Python, in turns: ours makes a scan as a `LidarSensor` does, MuJoCo's casts the same beams with the
-sensor's range as cutoff. Medians of the durations are compared. Shapes have the perception role, and are seen by the
-property `SURFACE`: with the proximity role Drake takes memory with the square of their number.
+Both are called as their users would from Python, in turns: ours evaluates the port `scan` of a `LidarSensor` at a new
+time, MuJoCo's casts the same beams with the sensor's range as cutoff. Medians of the durations are compared. Shapes
+have the perception role: with the proximity role Drake takes memory with the square of their number.
 """
 
 import argparse
@@ -23,15 +23,15 @@ from pydrake.geometry import (
     InMemoryMesh,
     Mesh,
     PerceptionProperties,
+    Role,
     SceneGraph,
     Shape,
 )
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.raycast import Fan
-from drake_starnav.lidar.sensor_model import LidarParameters, measure
-from drake_starnav.station.scene_slices import SURFACE, SceneSlices
+from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 
 try:
     import mujoco
@@ -112,32 +112,37 @@ def meshes(count: int) -> Scene:
 
 
 def drake_lidar(scene: Scene, beams: int) -> tuple[Callable[[int], np.ndarray], Callable[[float], None]]:
-    """A function that makes one scan, given its number, and one that tilts the sensor by an angle, rad."""
-    graph, surface = SceneGraph(), PerceptionProperties()
-    surface.AddProperty(*SURFACE, True)
+    """A function that evaluates one scan, given its number, and one that tilts the sensor by an angle, rad."""
+    builder = DiagramBuilder()
+    graph = builder.AddSystem(SceneGraph())
     source = graph.RegisterSource("benchmark")
     for k, (x, y, yaw) in enumerate(scene.poses):
         X_WG = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, scene.height])
         instance = GeometryInstance(X_WG, scene.shape, f"shape{k}")
-        graph.AssignRole(source, graph.RegisterAnchoredGeometry(source, instance), surface)
+        graph.AssignRole(source, graph.RegisterAnchoredGeometry(source, instance), PerceptionProperties())
     robot = graph.RegisterFrame(source, GeometryFrame("robot"))
-    parameters, slices, X_RS = (
-        LidarParameters(beams=beams, noise=0.0),
-        SceneSlices(),
-        RigidTransform([0.0, 0.0, SENSOR_HEIGHT]),
+    lidar = builder.AddSystem(
+        LidarSensor(
+            LidarParameters(beams=beams, noise=0.0),
+            LidarMount(robot, RigidTransform([0.0, 0.0, SENSOR_HEIGHT])),
+            role=Role.kPerception,
+            sampled=False,
+        )
     )
-    fan, fields = Fan.regular(*parameters.field_of_view), parameters.scan_fields
-    context, poses = graph.CreateDefaultContext(), FramePoseVector()
+    builder.Connect(graph.get_query_output_port(), lidar.GetInputPort("geometry_query"))
+    builder.ExportInput(graph.get_source_pose_port(source), "poses")
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    context, port = lidar.GetMyContextFromRoot(root), lidar.GetOutputPort("scan")
+    poses = FramePoseVector()
 
     def scan(k: int) -> np.ndarray:
-        query = graph.get_query_output_port().Eval(context)
-        X_WS = (query.GetPoseInWorld(robot) @ X_RS).GetAsMatrix34()
-        ranges = measure(slices.cast(query, X_WS, fan, parameters.range_max), parameters, 0, k)
-        return LaserScan(0.001 * k, ranges=ranges, **fields).ranges
+        root.SetTime(0.001 * k)
+        return port.Eval(context).ranges
 
     def tilt(angle: float) -> None:
         poses.set_value(robot, RigidTransform(RotationMatrix.MakeXRotation(angle), [0.0, 0.0, 0.0]))
-        graph.get_source_pose_port(source).FixValue(context, poses)
+        diagram.get_input_port().FixValue(root, poses)
 
     tilt(0.0)
     return scan, tilt

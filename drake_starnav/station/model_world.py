@@ -85,7 +85,7 @@ def add_model_footprints(world: World) -> World:
     add_model(plant, scene_graph, world.model)
     plant.Finalize()
     inspector = scene_graph.model_inspector()
-    read_solids(inspector)  # refuses now what the lidar cannot read
+    read_solids(inspector, Role.kProximity)  # refuses now what the lidar cannot read
     surfaces = [
         polygon
         for geometry, X_WG in find_fixed_geometries(plant, inspector, hollow=True)

@@ -10,7 +10,7 @@ meshes only faces near the plane are looked at.
 
 import math
 import warnings
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 
 import numpy as np
 from pydrake.geometry import (
@@ -44,34 +44,35 @@ _IDENTITY = np.eye(3, 4)
 _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
-def read_solids(inspector: SceneGraphInspector, exclude: Collection[FrameId] = ()) -> dict[FrameId, Solids]:
-    """All `find_seen_geometries` by the frame they move with, but those of some frames; the world first.
+def read_solids(inspector: SceneGraphInspector, role: Role, exclude: Collection[FrameId] = ()) -> dict[FrameId, Solids]:
+    """All shapes of a role, or with the property `SURFACE`, by the frame they move with, but those of some; the world
+    first.
 
     Raises:
         StarnavError: a mesh cannot be read.
     """
     parts: dict[FrameId, _Parts] = {inspector.world_frame_id(): _Parts()}
     deformable = set(inspector.GetAllDeformableGeometryIds())
-    for geometry in sorted(find_seen_geometries(inspector), key=GeometryId.get_value):
+    for geometry in sorted(find_seen_geometries(inspector, role), key=GeometryId.get_value):
         frame = inspector.GetFrameId(geometry)
         if frame in exclude:
             continue
         if geometry in deformable:
             warnings.warn(f"lidar: deformable {inspector.GetName(geometry)} is ignored", stacklevel=2)
             continue
-        frame_parts = parts.setdefault(frame, _Parts())
-        frame_parts.add(inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry), inspector.GetName(geometry))
-    return {frame: frame_parts.solids() for frame, frame_parts in parts.items()}
+        into = parts.setdefault(frame, _Parts())
+        into.add(inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry), inspector.GetName(geometry))
+    return {frame: part.solids() for frame, part in parts.items()}
 
 
-def find_seen_geometries(inspector: SceneGraphInspector) -> set[GeometryId]:
-    """The shapes with the proximity role, and those with the property `SURFACE`."""
+def find_seen_geometries(inspector: SceneGraphInspector, role: Role = Role.kProximity) -> set[GeometryId]:
+    """The shapes of a role, and those with the property `SURFACE`."""
     surfaces = {
         geometry
         for geometry in inspector.GetAllGeometryIds(Role.kPerception)
         if inspector.GetPerceptionProperties(geometry).HasProperty(*SURFACE)
     }
-    return surfaces | set(inspector.GetAllGeometryIds(Role.kProximity))
+    return surfaces | set(inspector.GetAllGeometryIds(role))
 
 
 class SceneSlices:
@@ -80,8 +81,9 @@ class SceneSlices:
     It only remembers: the result of `cast` depends on its arguments alone.
     """
 
-    def __init__(self, exclude: Collection[FrameId] = ()) -> None:
-        """Slice the shapes that are seen, except those of some frames."""
+    def __init__(self, role: Role, exclude: Collection[FrameId] = ()) -> None:
+        """Slice the shapes of a role, except those of some frames."""
+        self._role = role
         self._exclude = frozenset(exclude)
         self._version = GeometryVersion()
         self._frames: list[FrameId] = []
@@ -90,10 +92,10 @@ class SceneSlices:
         self._keys = np.zeros((0, 4))
         self._rows: list[np.ndarray] = []
         self._groups = Shapes.of([])
-        self._kept_circle = (0.0, 0.0, 0.0)  # x, y, radius; no anchored shape outside it is in the groups
+        self._kept = (0.0, 0.0, 0.0)  # a circle: x, y, radius; no anchored shape outside it is in the groups
 
     def __deepcopy__(self, memo: dict) -> "SceneSlices":
-        return SceneSlices(self._exclude)  # a copied Context fills its own
+        return SceneSlices(self._role, self._exclude)  # a copied Context fills its own
 
     def cast(
         self, query: QueryObject, X_WS: np.ndarray, fan: Fan, range_max: float, X_WS_begin: np.ndarray | None = None
@@ -109,21 +111,27 @@ class SceneSlices:
                 stands still.
         """
         inspector = query.inspector()
-        if not inspector.geometry_version().IsSameAs(self._version, Role.kProximity):
-            self._read_scene(inspector)
-        first_pose = X_WS if X_WS_begin is None else X_WS_begin
-        keys, planes, (begin, end), changed_frames = find_scan_planes(
-            self._find_frame_poses(query), first_pose, X_WS, self._keys
-        )
+        if not inspector.geometry_version().IsSameAs(self._version, self._role):
+            self._read(inspector)
+        X_WF = np.empty((len(self._solids), 3, 4))
+        X_WF[0] = _IDENTITY
+        for k, frame in enumerate(self._frames[1:], start=1):
+            X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
+        first = X_WS if X_WS_begin is None else X_WS_begin
+        keys, planes, (begin, end), stale = find_scan_planes(X_WF, first, X_WS, self._keys)
         x, y, _ = end[0].tolist()
         reach = range_max + math.dist((x, y), begin[0, :2].tolist())
-        if math.dist((x, y), self._kept_circle[:2]) + reach > self._kept_circle[2]:
-            changed_frames = np.union1d(0, changed_frames)
-        if 0 in changed_frames:
-            self._kept_circle = x, y, 2.0 * reach
-        if len(changed_frames):
-            self._slice_frames(changed_frames.tolist(), planes)
-            self._keys = keys
+        if math.dist((x, y), self._kept[:2]) + reach > self._kept[2]:
+            stale = np.union1d(0, stale)
+        for k in stale.tolist():
+            if k == 0:
+                self._kept = x, y, 2.0 * reach
+            slab = self._slabs[k]
+            if slab is None or not slab.contains_cut_of(planes[k]):
+                slab = self._slabs[k] = Slab.of(self._solids[k], planes[k])
+            self._rows[k] = slice_solids(slab.solids, planes[k], EVERYWHERE if k else self._kept)
+        if len(stale):
+            self._keys, self._groups = keys, Shapes.of(self._rows)
         ranges = np.full(len(fan.directions), np.inf)
         groups, beams = tuple(self._groups), tuple(fan)
         if X_WS_begin is None:
@@ -132,25 +140,8 @@ class SceneSlices:
             cast_rolling(groups, begin, end, beams, ranges, range_max)
         return ranges
 
-    def _find_frame_poses(self, query: QueryObject) -> np.ndarray:
-        """Poses of all frames in W, the upper rows of their matrices, shape (m, 3, 4)."""
-        X_WF = np.empty((len(self._solids), 3, 4))
-        X_WF[0] = _IDENTITY
-        for k, frame in enumerate(self._frames[1:], start=1):
-            X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
-        return X_WF
-
-    def _slice_frames(self, frames: Iterable[int], planes: np.ndarray) -> None:
-        """Slice what moves with some frames, by their numbers, anew."""
-        for k in frames:
-            slab = self._slabs[k]
-            if slab is None or not slab.contains_cut_of(planes[k]):
-                slab = self._slabs[k] = Slab.of(self._solids[k], planes[k])
-            self._rows[k] = slice_solids(slab.solids, planes[k], EVERYWHERE if k else self._kept_circle)
-        self._groups = Shapes.of(self._rows)
-
-    def _read_scene(self, inspector: SceneGraphInspector) -> None:
-        solids = read_solids(inspector, self._exclude)
+    def _read(self, inspector: SceneGraphInspector) -> None:
+        solids = read_solids(inspector, self._role, self._exclude)
         self._frames, self._solids = list(solids), list(solids.values())
         self._keys = np.full((len(solids), 4), np.nan)
         self._slabs, self._rows = [None] * len(solids), [np.zeros(0)] * len(solids)

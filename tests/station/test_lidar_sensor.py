@@ -7,6 +7,7 @@ from pydrake.geometry import (
     GeometryFrame,
     GeometryInstance,
     ProximityProperties,
+    Role,
     SceneGraph,
     Sphere,
 )
@@ -107,6 +108,17 @@ def test_a_scan_is_held_between_samples():
         assert np.allclose(X_WS.translation(), (SPEED * time, 0.0, 0.2), rtol=0.0, atol=1e-12)
 
 
+def test_a_continuous_sensor_follows_time_and_feeds_through():
+    diagram, lidar = build(sampled=False)
+    context = diagram.CreateDefaultContext()
+    for time in (0.0, 0.013, 0.5):
+        context.SetTime(time)
+        scan = scan_of(lidar, context)
+        assert scan.time == time and scan.ranges[FORWARD] == pytest.approx(2.5 - SPEED * time, abs=1e-9)
+    assert scan_of(lidar, context) is scan  # Drake's cache
+    assert lidar.HasAnyDirectFeedthrough() and not build()[1].HasAnyDirectFeedthrough()
+
+
 @pytest.mark.parametrize("delay", [0.013, 0.05, 0.1, 0.12, 0.15, 0.35])
 def test_a_late_scan_is_that_of_its_taking(delay):
     late = LidarParameters(noise=0.0, delay=delay)
@@ -131,6 +143,11 @@ def test_a_lost_scan_leaves_the_last_one_there(delay):
     for taken, held in ((0.15, 0.15), (0.2, 0.15), (0.45, 0.15), (0.5, 0.5)):
         simulator.AdvanceTo(taken + delay + 1e-3)
         assert scan_of(lidar, simulator.get_context()).time == pytest.approx(held)
+
+
+def test_scans_that_come_late_or_never_need_a_sampled_sensor():
+    with pytest.raises(StarnavError, match=r"lidar.delay is 0.1, .* with sampled=False; allowed: 0, 0, 0"):
+        build(LidarParameters(delay=0.1), sampled=False)
 
 
 class Reader(LeafSystem):
@@ -225,5 +242,9 @@ def test_bad_arguments_are_named():
     frame = SceneGraph.world_frame_id()
     with pytest.raises(StarnavError, match="seed is -1; allowed"):
         LidarSensor(EXACT, LidarMount(frame, RigidTransform()), seed=-1)
+    with pytest.raises(StarnavError, match="role is .*Unassigned; allowed: Role.kProximity"):
+        LidarSensor(EXACT, LidarMount(frame, RigidTransform()), role=Role.kUnassigned)
     with pytest.raises(StarnavError, match="point_cloud_frame is 'B'; allowed: 'S', 'W'"):
         LidarSensor(EXACT, LidarMount(frame, RigidTransform()), point_cloud_frame="B")
+    with pytest.raises(StarnavError, match="rolling is True with sampled=False"):
+        LidarSensor(LidarParameters(rolling=True), LidarMount(frame, RigidTransform()), sampled=False)

@@ -20,6 +20,7 @@ from pydrake.geometry import (
     MeshcatCone,
     PerceptionProperties,
     ProximityProperties,
+    Role,
     SceneGraph,
     Sphere,
 )
@@ -27,7 +28,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.raycast import Fan
-from drake_starnav.station.scene_slices import SURFACE, SceneSlices
+from drake_starnav.station.scene_slices import SceneSlices
 
 FAN = Fan.regular(-np.pi, 2.0 * np.pi / 120, 120)
 REACH = 20.0
@@ -47,10 +48,10 @@ def star(scale=1.0):
 class Scene:
     """A SceneGraph with its context, for tests."""
 
-    def __init__(self, *shapes, moving=(), surface=False):
+    def __init__(self, *shapes, moving=(), role=Role.kProximity):
         self.graph = SceneGraph()
         self.source = self.graph.RegisterSource("test")
-        self.surface = surface
+        self.role = role
         for shape, X_WG in shapes:
             self.add(shape, X_WG)
         self.frames = []
@@ -67,9 +68,7 @@ class Scene:
         self._assign(self.graph.RegisterAnchoredGeometry(self.source, GeometryInstance(X_WG, shape, name)))
 
     def _assign(self, geometry):
-        properties = PerceptionProperties() if self.surface else ProximityProperties()
-        if self.surface:
-            properties.AddProperty(*SURFACE, True)
+        properties = ProximityProperties() if self.role == Role.kProximity else PerceptionProperties()
         self.graph.AssignRole(self.source, geometry, properties)
 
     def move(self, *poses):
@@ -82,7 +81,7 @@ class Scene:
         return self.graph.get_query_output_port().Eval(self.context)
 
     def cast(self, X_WS, slices=None):
-        ranges = (slices or SceneSlices()).cast(self.query(), X_WS.GetAsMatrix34(), FAN, REACH)
+        ranges = (slices or SceneSlices(self.role)).cast(self.query(), X_WS.GetAsMatrix34(), FAN, REACH)
         return np.where(ranges < REACH, ranges, np.inf)
 
 
@@ -239,7 +238,7 @@ def test_memory_of_slices_changes_nothing(seed):
     rng = np.random.default_rng(seed)
     shapes = [(Cylinder(0.3, 1.0), random_pose(rng, 2.0)), (Box(0.5, 0.3, 0.8), random_pose(rng, 2.0))]
     scene = Scene(*shapes, moving=[(Capsule(0.2, 0.8), random_pose(rng, 0.2)), (Sphere(0.4), random_pose(rng, 0.2))])
-    kept = SceneSlices()
+    kept = SceneSlices(Role.kProximity)
     for k in range(6):
         upright = [RigidTransform(RotationMatrix.MakeZRotation(k), rng.uniform(-2, 2, 3) * (1, 1, 0)) for _ in range(2)]
         scene.move(*(upright if k % 2 else [upright[0], random_pose(rng, 2.0)]))
@@ -249,7 +248,7 @@ def test_memory_of_slices_changes_nothing(seed):
 
 def test_a_sensor_that_drives_away_sees_what_was_far_before():
     far = [(Cylinder(0.3, 1.0), RigidTransform([float(x), 0.7, 0.0])) for x in range(0, 60, 2)]
-    scene, slices = Scene(*far), SceneSlices()
+    scene, slices = Scene(*far), SceneSlices(Role.kProximity)
     for x in (0.0, 1.0, 4.9, 5.1, 16.0, 58.0, 3.0):
         X_WS = RigidTransform([x, 0.0, 0.0])
         np.testing.assert_array_equal(scene.cast(X_WS, slices), scene.cast(X_WS))
@@ -258,7 +257,7 @@ def test_a_sensor_that_drives_away_sees_what_was_far_before():
 
 def test_a_change_of_geometry_is_seen():
     scene = Scene((Sphere(0.5), RigidTransform([2.0, 0.0, 0.0])))
-    slices = SceneSlices()
+    slices = SceneSlices(Role.kProximity)
     assert scene.cast(RigidTransform(), slices)[60] == pytest.approx(1.5)
     instance = GeometryInstance(RigidTransform([1.0, 0.0, 0.0]), Sphere(0.5), "late")
     late = scene.graph.RegisterGeometry(
@@ -271,7 +270,7 @@ def test_a_change_of_geometry_is_seen():
 
 
 def test_a_meshcat_cone_is_ignored_with_a_warning():
-    scene = Scene(surface=True)
+    scene = Scene(role=Role.kPerception)
     scene.add(MeshcatCone(1.0, 1.0, 1.0), RigidTransform())
     scene.context = scene.graph.CreateDefaultContext()
     with pytest.warns(UserWarning, match="MeshcatCone shape0 is ignored"):
@@ -295,6 +294,6 @@ def test_a_mesh_that_cannot_be_read_is_named(tmp_path, name, content, message):
         (tmp_path / name).write_text(content)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        scene = Scene(moving=[(Mesh(str(tmp_path / name), 1.0), RigidTransform())], surface=True)
+        scene = Scene(moving=[(Mesh(str(tmp_path / name), 1.0), RigidTransform())], role=Role.kPerception)
         with pytest.raises(StarnavError, match=message):
             scene.cast(RigidTransform())
