@@ -206,14 +206,13 @@ def avoid_collision(
     def is_accepted(*first: float) -> bool:
         return all_accept(roll_out(pose, twist, np.array(first), actuation), certificates)
 
-    same_place, same_speed = SAME_PLACE * robot.radius, SAME_SPEED * robot.max_speed
     refused = [0]
     while refused:  # only those that the search would continue, or that may be its result, are asked
         results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
-        candidates = [*select_best_rollouts(rollouts, same_place, same_speed), *results]
+        candidates = [*select_best_rollouts(rollouts, scene), *results]
         refused = [k for k in candidates if not is_accepted(*twists[k].tolist())]
         rollouts["is_over"][refused], rollouts["cost"][refused] = True, np.inf
-    best = search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene)
+    best = search_rollouts(manoeuvres, rollouts, scene)
     return twists[best] if best >= 0 else None
 
 
@@ -287,13 +286,13 @@ def begin_manoeuvres(manoeuvres, start, scene):
 
 
 @kernel
-def search_rollouts(manoeuvres, rollouts, same_place, same_speed, scene):
+def search_rollouts(manoeuvres, rollouts, scene):
     """Return the index of the first manoeuvre of the best rollout that continues one of these (n,); -1: none does."""
     manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (MANOEUVRE_STEPS * STEP) - 1e-9))
     best, least_found = find_best_result(rollouts, False, -1, np.inf)
     for segment in range(2, segments + 1):
         generation, is_last_segment = rollouts, segment == segments
-        continued = select_best_rollouts(generation, same_place, same_speed)
+        continued = select_best_rollouts(generation, scene)
         if not len(continued):
             break
         discs = predict_discs(scene, generation[continued[0]].time, MANOEUVRE_STEPS)
@@ -315,10 +314,10 @@ def find_best_result(rollouts, is_last, best, cost):
 
 
 @kernel
-def select_best_rollouts(rollouts, same_place, same_speed):
-    """Return the indices of the best rollouts that have not ended and differ by these, m and m/s, best first."""
-    kept_indices = np.empty(BEAM_WIDTH, np.int64)
-    n = 0
+def select_best_rollouts(rollouts, scene):
+    """Return the indices of the best rollouts that have not ended and differ, best first."""
+    same_place, same_speed = SAME_PLACE * scene.radius, SAME_SPEED * scene.limits.max_speed
+    kept_indices, n = np.empty(BEAM_WIDTH, np.int64), 0
     rollout_costs = np.array([rollout.cost for rollout in rollouts])
     for i in np.argsort(rollout_costs, kind="mergesort"):
         rollout = rollouts[i]
