@@ -20,7 +20,7 @@ from drake_starnav.utils.snapshot import snapshot
 
 STEP_WAY, STEP_TURN = 1.0, 0.3
 """Two scans are compared when the robot has driven the first in between, in cover radii, or turned the second, rad."""
-TRUSTED = 0.5
+STEP_DEVIATION = 0.5
 """Standard deviation of the odometry within a step, as a share of it."""
 LEAST_DEVIATION = 0.01
 """That of a step of no length or turn, m and rad."""
@@ -35,33 +35,33 @@ class SeenStep(NamedTuple):
 
     Attributes:
         begin, end: times of the scans, s.
-        driven: by the odometry.
-        seen: by the scans.
+        driven_motion: by the odometry.
+        seen_motion: by the scans.
     """
 
     begin: float
     end: float
-    driven: np.ndarray
-    seen: np.ndarray
+    driven_motion: np.ndarray
+    seen_motion: np.ndarray
 
 
 class Difference(NamedTuple):
     """What some steps come to by the odometry and by the scans.
 
     Attributes:
-        driven, seen: ways, m.
-        turned, seen_turned: angles, whatever their sign, rad.
-        off, turned_off: between the two sums of motions, m and rad; or, if that is more, between those of motions each
-            in its own direction: a share of ways there and back adds up in it.
+        driven_way, seen_way: m.
+        driven_turn, seen_turn: angles, whatever their sign, rad.
+        way_error, turn_error: between the two sums of motions, m and rad; or, if that is more, between those of motions
+            each in its own direction: a share of ways there and back adds up in it.
         time: from the first scan to the last, s.
     """
 
-    driven: float
-    seen: float
-    turned: float
-    seen_turned: float
-    off: float
-    turned_off: float
+    driven_way: float
+    seen_way: float
+    driven_turn: float
+    seen_turn: float
+    way_error: float
+    turn_error: float
     time: float
 
 
@@ -110,22 +110,19 @@ class OdometryCheck:
 
     def sum_differences(self) -> Difference:
         """Return what the kept steps come to, of which there must be one."""
-        driven_steps, seen_steps = (
-            np.array([getattr(step, name) for step in self.steps]) for name in ("driven", "seen")
-        )
-        driven_way = driven_steps[:, 0] + 1j * driven_steps[:, 1]
-        step_error = (seen_steps - driven_steps)[:, 0] + 1j * (seen_steps - driven_steps)[:, 1]
-        there_and_back = (
-            step_error * np.conj(driven_way) / np.maximum(np.abs(driven_way), 1e-9)
-        )  # as seen in the direction of each step
-        turned_off = (seen_steps - driven_steps)[:, 2]
+        driven_steps = np.array([step.driven_motion for step in self.steps])
+        seen_steps = np.array([step.seen_motion for step in self.steps])
+        driven_ways, seen_ways = (steps[:, 0] + 1j * steps[:, 1] for steps in (driven_steps, seen_steps))
+        way_errors, turn_errors = seen_ways - driven_ways, (seen_steps - driven_steps)[:, 2]
+        # as seen in the direction of each step
+        there_and_back = way_errors * np.conj(driven_ways) / np.maximum(np.abs(driven_ways), 1e-9)
         return Difference(
-            driven=float(np.abs(driven_way).sum()),
-            seen=float(np.hypot(seen_steps[:, 0], seen_steps[:, 1]).sum()),
-            turned=float(np.abs(driven_steps[:, 2]).sum()),
-            seen_turned=float(np.abs(seen_steps[:, 2]).sum()),
-            off=float(max(abs(step_error.sum()), abs(there_and_back.sum()))),
-            turned_off=float(max(abs(turned_off.sum()), abs((turned_off * np.sign(driven_steps[:, 2])).sum()))),
+            driven_way=float(np.abs(driven_ways).sum()),
+            seen_way=float(np.hypot(seen_steps[:, 0], seen_steps[:, 1]).sum()),
+            driven_turn=float(np.abs(driven_steps[:, 2]).sum()),
+            seen_turn=float(np.abs(seen_steps[:, 2]).sum()),
+            way_error=float(max(abs(way_errors.sum()), abs(there_and_back.sum()))),
+            turn_error=float(max(abs(turn_errors.sum()), abs((turn_errors * np.sign(driven_steps[:, 2])).sum()))),
             time=self.steps[-1].end - self.steps[0].begin,
         )
 
@@ -133,7 +130,7 @@ class OdometryCheck:
 def _match_step(keyframe: Keyframe, scan: LaserScan, step: np.ndarray, error: OdometryError) -> np.ndarray | None:
     """Return how far the sensor came since a keyframe by its scan, as of `SeenStep`; None if that does not fit."""
     points = scan.points_at(scan.distances, scan.mappable_hits, (0.0, 0.0, 0.0))
-    way_deviation, turn_deviation = TRUSTED * math.hypot(step[0], step[1]), TRUSTED * abs(step[2])
+    way_deviation, turn_deviation = STEP_DEVIATION * math.hypot(step[0], step[1]), STEP_DEVIATION * abs(step[2])
     deviation = np.array((way_deviation, way_deviation, turn_deviation)) + LEAST_DEVIATION
     pose, share = align_pose(keyframe, points, compose_poses(keyframe.pose, step), deviation, error)
     return np.array(find_pose_in_frame(keyframe.pose, pose)) if share >= GOOD_SHARE else None

@@ -22,7 +22,7 @@ from drake_starnav.utils.snapshot import snapshot
 
 UNOBSERVABLE_WEIGHT = 1e12
 """Inverse variance of the guess in an unobservable direction, 1/m^2."""
-STILL, STILL_HEADING = 0.08, 0.02
+STILL_DISTANCE, STILL_HEADING = 0.08, 0.02
 """A scan is not aligned if the robot has moved and turned, rad, by less than this since the last alignment; this and
 the other lengths here are in cover radii of the robot."""
 REACH = 4.0
@@ -300,7 +300,7 @@ def match_scan(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: 
         places = first_keyframe.pose[None, :2]
         return ScanMap((first_keyframe,), places, scan_map.correction, travel, scan.time)
     step, unit = find_pose_in_frame(scan_map.travel.pose, odometry), error.body
-    is_still = math.hypot(step[0], step[1]) < STILL * unit and abs(step[2]) < STILL_HEADING
+    is_still = math.hypot(step[0], step[1]) < STILL_DISTANCE * unit and abs(step[2]) < STILL_HEADING
     if is_still or np.count_nonzero(scan.mappable_hits) < 20:
         return scan_map
     speed, jump = _find_jump(scan_map, step, scan.time - scan_map.time, error)

@@ -22,8 +22,8 @@ from drake_starnav.models.xacro_files import expand_macros
 from drake_starnav.utils.files import explain_missing_file, explain_read_errors, read_bytes
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
-CONVERTED = (".dae", ".stl")
-SHOWN_BY_DRAKE, PAINTED = (".obj", ".gltf"), (".dae", ".stl", ".glb")
+CONVERTED_MESHES = (".dae", ".stl")
+SHOWN_BY_DRAKE, CONVERTED_VISUALS = (".obj", ".gltf"), (".dae", ".stl", ".glb")
 """Visual meshes: those that Drake's Meshcat shows, and those that are converted."""
 EVERYWHERE = ("sun", "ground_plane")
 """Included models without which no world of Gazebo's is: there is a floor and light already."""
@@ -36,7 +36,7 @@ _PRIMITIVES = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "empty"}
 _NUMBERS = ("xyz", "rpy", "pose", "size", "radius", "radii", "length", "scale", "normal")
 """Attributes in URDF and elements in SDF that hold numbers of a look."""
 _OF_WORLD = {"world", "model", "include", "frame", "joint"}
-_KEPT = {
+_KEPT_ELEMENTS = {
     "sdf": {"world", "model"},
     "world": _OF_WORLD,
     "model": {"model", "include", "frame", "joint", "link", "pose", "static", "self_collide"},
@@ -153,7 +153,7 @@ class Models:
         for color in root.iter("color"):
             color.set("rgba", self._read_color(color.get("rgba", ""), (4,)))
         for part in (part for material in root.iter("material") for part in material):
-            if part.tag in _KEPT["material"]:
+            if part.tag in _KEPT_ELEMENTS["material"]:
                 part.text = self._read_color(part.text or "", (3, 4))
         for link in root.iter("link"):
             for visual in link.findall("visual"):
@@ -197,7 +197,7 @@ class Models:
             raise StarnavError(f"model {path} begins with <{shown(root.tag)}>; allowed: <sdf> or <robot>")
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
         for element in list(root.iter()):
-            kept_tag = _KEPT.get(element.tag)
+            kept_tag = _KEPT_ELEMENTS.get(element.tag)
             for part in list(element):
                 if (
                     kept_tag is not None
@@ -314,7 +314,7 @@ class Models:
         if path is None or fault:
             raise StarnavError(f"{place}: mesh {shown(uri.strip())}: {fault}; allowed: a mesh file")
         suffix = path.suffix.lower()
-        if suffix not in (*CONVERTED, ".obj"):
+        if suffix not in (*CONVERTED_MESHES, ".obj"):
             return [path.resolve()]
         file_content = self._read_bytes(path, "mesh")
         try:
@@ -335,7 +335,7 @@ class Models:
         file_suffix, why = "" if path is None else path.suffix.lower(), explain_missing_file(path)
         if path is not None and not why and file_suffix in SHOWN_BY_DRAKE:
             colored_parts = ((path.resolve(), None),)
-        elif path is not None and not why and file_suffix in PAINTED:
+        elif path is not None and not why and file_suffix in CONVERTED_VISUALS:
             try:
                 colored_parts = paint_surfaces(self._read_bytes(path, "mesh"), file_suffix, path.parent)
             except StarnavError as error:

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 
 from drake_starnav.errors import StarnavError, said_by
 
-SKIPPED = re.compile(r"element in geometry|geom\b.*\btype", re.IGNORECASE)
+SKIPPED_SHAPES = re.compile(r"element in geometry|geom\b.*\btype", re.IGNORECASE)
 """Warnings of shapes that are left out."""
-REPLACED = re.compile(r"inertia", re.IGNORECASE)
+REPLACED_INERTIAS = re.compile(r"inertia", re.IGNORECASE)
 """Warnings of inertias that are replaced by others; of all other warnings none matters here."""
 
 
@@ -41,9 +41,9 @@ def refuse_parser_warnings(
     finally:
         drake_log.handlers, drake_log.propagate = handlers, passed_on
     messages = [record.getMessage() for record in found_warnings.buffer]
-    for message in filter(SKIPPED.search, messages):
+    for message in filter(SKIPPED_SHAPES.search, messages):
         raise StarnavError(
             f"{place} cannot be read: {said_by(ValueError(said(message)))}; allowed: what Drake's parser reads"
         )
-    for message in filter(REPLACED.search, messages):
+    for message in filter(REPLACED_INERTIAS.search, messages):
         warnings.warn(f"{place}: {said_by(ValueError(said(message)))}", stacklevel=4)

@@ -10,19 +10,19 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.localization.odometry_check import KEPT_STEPS, OdometryCheck
 from drake_starnav.runtime.execution import CommandedVelocity, compare_motion, describe_lidar_error
-from drake_starnav.runtime.intake import AHEAD, Odometry, interpolate_pose
+from drake_starnav.runtime.intake import EXTRAPOLATION, Odometry, interpolate_pose
 from drake_starnav.runtime.log import Log
 from drake_starnav.scenario.schema import Scenario
 
 LONGEST_DELAY, DELAY_STEP = 0.5, 0.01
 """Delays of the drive that are tried, s."""
-STILL, ENOUGH = 0.005, 10
+STANDING_SPEED, LEAST_SCANS = 0.005, 10
 """A robot slower than this stands, m/s and rad/s; noise is measured in this many scans at least."""
 OWN_NOISE = 5.0
 """A hit that stays equal, within this many standard deviations, while the robot moves is on the robot itself."""
-SHIPPED = 0.003
+SHIPPED_DEVIATION = 0.003
 """What the shipped bases deviate until they stand, m; only more is to be declared."""
-ALIGNED, LEAST_TURN = 0.03, 1.0
+ALIGNMENT_SHARE, LEAST_TURN = 0.03, 1.0
 """Scans show the odometry's drift only above the first share of it, which is the error of their alignment; and of the
 heading where the robot turned by the second within some steps, rad."""
 
@@ -64,9 +64,10 @@ def select_drive(log: Log, scenario: Scenario) -> LoggedDrive:
                 rows.append(row)
         commands.append(CommandedVelocity.of(current_time, command.twist, scenario.robot.limits))
     least, scans = min(map(len, lidars)), tuple(map(tuple, lidars))
-    if least < ENOUGH or len(rows) < ENOUGH:
+    if least < LEAST_SCANS or len(rows) < LEAST_SCANS:
         raise StarnavError(
-            f"the log has {counted(least, 'scan')} and {counted(len(rows), 'pose')}; allowed: at least {ENOUGH} of each"
+            f"the log has {counted(least, 'scan')} and {counted(len(rows), 'pose')}; "
+            f"allowed: at least {LEAST_SCANS} of each"
         )
     return LoggedDrive(scenario, scans[0], tuple(rows), tuple(commands), tuple(send_delays), scans, log.mounts)
 
@@ -74,7 +75,7 @@ def select_drive(log: Log, scenario: Scenario) -> LoggedDrive:
 def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
     scan_times = np.array([scan.time for _, scan in log.scans])
-    scan_interval = min(len(scan_times) - 1, ENOUGH)  # as they may come by the raster of something else
+    scan_interval = min(len(scan_times) - 1, LEAST_SCANS)  # as they may come by the raster of something else
     scan_delays = np.array([arrival_time - scan.time for arrival_time, scan in log.scans])
     last = log.scans[-1][1]
     ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last.ranges)])
@@ -97,7 +98,7 @@ def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
 def estimate_range_noise(log: LoggedDrive) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
     row_times = np.array([row.time for row in log.rows])
-    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL for row in log.rows])
+    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STANDING_SPEED for row in log.rows])
     still_scans: list[np.ndarray] = []
     best_noise = math.nan
     for _, scan in (*log.scans, (0.0, None)):
@@ -107,7 +108,7 @@ def estimate_range_noise(log: LoggedDrive) -> float:
         if scan is not None and not is_moving[rows_around].any() and len(row_times[rows_around]):
             still_scans.append(scan.ranges)
             continue
-        if len(still_scans) >= ENOUGH and len({len(each) for each in still_scans}) == 1:
+        if len(still_scans) >= LEAST_SCANS and len({len(each) for each in still_scans}) == 1:
             hit_ranges = np.array(still_scans)[:, np.isfinite(still_scans).all(axis=0)]
             if hit_ranges.shape[1]:
                 best_noise = float(np.nanmin((best_noise, np.median(hit_ranges.std(axis=0, ddof=1)))))
@@ -150,7 +151,7 @@ def estimate_drive(log: LoggedDrive) -> dict[str, float]:
         if asked_length > robot.radius:
             lost_ways.append(1.0 - math.hypot(*driven_way[:2]) / asked_length)
     drive_slip = max(float(np.quantile(lost_ways, 0.98)), 0.0)
-    drive_error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED, 0.0)
+    drive_error = max(float(np.quantile(stray_shares, 0.98)) - SHIPPED_DEVIATION, 0.0)
     explained_by_slip = drive_slip * robot.max_speed * braking_time
     delay = delay if delay > 1.0 / log.scenario.controller.rate else 0.0  # a command is reached within its period
     delay = max(delay, float(np.quantile(log.send_delays, 0.99)))
@@ -183,14 +184,14 @@ def estimate_odometry_drift(log: LoggedDrive) -> float:
     error = describe_lidar_error(scenario)
     for _, scan in log.lidars[0]:
         next_row = int(np.searchsorted(row_times, scan.time))
-        pose = interpolate_pose(log.rows[max(next_row - 1, 0) : next_row + 1], scan.time, AHEAD)
+        pose = interpolate_pose(log.rows[max(next_row - 1, 0) : next_row + 1], scan.time, EXTRAPOLATION)
         if pose is None:
             continue
         previous_check, check = check, check.add_scan(scan.mask_sectors(lidar.mask), pose, error, log.mounts[0])
         if check.steps is not previous_check.steps and len(check.steps) == KEPT_STEPS:
-            difference = check.sum_differences()
-            turning_share = difference.turned_off / difference.turned if difference.turned > LEAST_TURN else 0.0
-            drift_shares.append(max(difference.off / max(difference.driven, error.body), turning_share))
+            total = check.sum_differences()
+            turning_share = total.turn_error / total.driven_turn if total.driven_turn > LEAST_TURN else 0.0
+            drift_shares.append(max(total.way_error / max(total.driven_way, error.body), turning_share))
     return float(np.quantile(drift_shares, 0.9)) if drift_shares else math.nan
 
 
@@ -217,7 +218,7 @@ def calibrate(log: Log, scenario: Scenario) -> str:
         lines += [f"  - frame: {lidar.frame}"] * bool(scenario.lidars)
         lines += [f"{'    ' if scenario.lidars else '  '}{line}" for line in section]
     drift = estimate_odometry_drift(logged_run)
-    if drift > ALIGNED:
+    if drift > ALIGNMENT_SHARE:
         lines += ["localization:", f"  drift: {_round_up(drift, 0.01):g}"]
     elif math.isnan(drift):
         lines.append("# localization.drift: unknown, as the robot hardly moved, or its scans do not fit each other")

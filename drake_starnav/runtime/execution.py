@@ -1,8 +1,8 @@
 """Whether the base does what it is told, within what is declared. Pure functions.
 
-One that does not is braked. When it stands, and has stood for REST, it is tried again: it may have hesitated. It is not
-if it fails again within AGAIN, or if the scans change while the odometry says that it stands, which is then false. So
-it is, too, with an odometry that differs from what the scans show of the robot's way.
+One that does not is braked. When it stands, and has stood for REST_TIME, it is tried again: it may have hesitated. It
+is not if it fails again within RETRY_TIME, or if the scans change while the odometry says that it stands, which is then
+false. So it is, too, with an odometry that differs from what the scans show of the robot's way.
 """
 
 import math
@@ -23,18 +23,18 @@ from drake_starnav.utils.snapshot import snapshot
 
 WINDOW = 2.0
 """What is told and what is done are compared over this time, s."""
-OFF, OFF_SHARE = 0.1, 0.1
+WAY_DIFFERENCE, WAY_SHARE = 0.1, 0.1
 """The way driven may differ from the one commanded by this, m, and by this share of it, beside what is declared."""
-TURNED, TURNED_SHARE = 0.6, 0.2
+TURN_DIFFERENCE, TURN_SHARE = 0.6, 0.2
 """The same of the angle turned, rad; wheels that slide turn a robot by some 0.3 rad in MuJoCo."""
 SEEN_OFF, SEEN_TURN, SEEN_SHARE, SEEN_STEPS = 0.2, 0.1, 0.15, 3
 """Scans may show a way that differs from the odometry's by the first, in cover radii, an angle by the second, rad, and
 both by this share, beside what is declared; fewer steps than the last do not tell."""
 LEAST_ARM = 0.5
 """Distance of a wheel that slips from the robot's axis, as a share of its radius."""
-REST, AGAIN = 1.0, 10.0
+REST_TIME, RETRY_TIME = 1.0, 10.0
 """A base that has stood for the first, s, is tried again; if it then fails within the second, s, that lasts."""
-STANDS, STAYS, CHANGED = 0.02, 0.05, 0.1
+STANDING_SPEED, POSE_CHANGE, RANGE_CHANGE = 0.02, 0.05, 0.1
 """A robot slower than this stands, m/s and rad/s; a pose stays that changes by less, m and rad; a range has changed
 that differs by more than the last, m."""
 FEWEST = 10
@@ -116,16 +116,16 @@ def judge_execution(execution: Execution, time: float, rows: Sequence[Odometry],
             describe_not_executed(execution.velocities, rows, scenario),
             describe_disagreement(execution.check, scenario),
         )
-        must_wait = bool(failure or conflict) and time < execution.trial_time + AGAIN
+        must_wait = bool(failure or conflict) and time < execution.trial_time + RETRY_TIME
         needs_new_goal = must_wait or bool(failure) and is_pose_denied(execution.scans)
         return replace(execution, why=conflict or failure, is_lost=bool(conflict), needs_new_goal=needs_new_goal)
     last_row, last_command = rows[-1], execution.velocities[-1][1:] if execution.velocities else ()
-    if any(abs(each) > STANDS for each in (last_row.v, last_row.aside, last_row.omega, *last_command)):
+    if any(abs(each) > STANDING_SPEED for each in (last_row.v, last_row.aside, last_row.omega, *last_command)):
         return replace(execution, standing_since=math.inf)
     standing_since = min(execution.standing_since, time)
     return (
         Execution((), execution.scans, trial_time=time)
-        if time > standing_since + REST
+        if time > standing_since + REST_TIME
         else replace(execution, standing_since=standing_since)
     )
 
@@ -140,13 +140,14 @@ def compute_changed_share(scans: Sequence[PosedScan]) -> float:
     if not scans:
         return math.nan
     scan_poses, newest = np.array([each.pose for each in scans]), scans[-1].scan
-    left_poses = np.flatnonzero(np.abs(scan_poses - scan_poses[-1]).max(axis=1) > STAYS)
+    left_poses = np.flatnonzero(np.abs(scan_poses - scan_poses[-1]).max(axis=1) > POSE_CHANGE)
     oldest = scans[left_poses[-1] + 1 if len(left_poses) else 0].scan
     if len(oldest.ranges) != len(newest.ranges):
         return 1.0
     is_known = (np.isfinite(oldest.ranges) | np.isfinite(newest.ranges)) & ~np.isnan(oldest.ranges + newest.ranges)
     ranges_before, ranges_after = (np.clip(each.ranges[is_known], 0.0, each.range_max) for each in (oldest, newest))
-    return float((np.abs(ranges_before - ranges_after) > CHANGED).mean()) if len(ranges_before) >= FEWEST else math.nan
+    has_changed = np.abs(ranges_before - ranges_after) > RANGE_CHANGE
+    return float(has_changed.mean()) if len(has_changed) >= FEWEST else math.nan
 
 
 def is_pose_denied(scans: Sequence[PosedScan]) -> bool:
@@ -193,11 +194,11 @@ def describe_not_executed(commands: Sequence[CommandedVelocity], rows: Sequence[
     asked_way, driven_way, time = compare_motion(commands, rows, drive.delay)
     asked_length, deviation = math.hypot(*asked_way[:2]), math.hypot(*(driven_way - asked_way)[:2])
     turn, driven_turn = asked_way[2], driven_way[2]
-    if deviation > OFF + drive.error + (OFF_SHARE + drive.slip) * asked_length:
+    if deviation > WAY_DIFFERENCE + drive.error + (WAY_SHARE + drive.slip) * asked_length:
         done = math.hypot(*driven_way[:2])
         return f"not executed: {done:.2f} m driven by the odometry, {asked_length:.2f} m commanded in {time:.1f} s"
     slipped_way = drive.slip * (abs(turn) + asked_length / (LEAST_ARM * scenario.robot.radius))
-    if abs(driven_turn - turn) > TURNED + TURNED_SHARE * abs(turn) + slipped_way:
+    if abs(driven_turn - turn) > TURN_DIFFERENCE + TURN_SHARE * abs(turn) + slipped_way:
         return f"not executed: {driven_turn:.2f} rad turned by the odometry, {turn:.2f} rad commanded in {time:.1f} s"
     return ""
 
@@ -209,13 +210,11 @@ def describe_disagreement(check: OdometryCheck, scenario: Scenario) -> str:
     difference, localization = check.sum_differences(), scenario.localization
     share = SEEN_SHARE + localization.drift + scenario.drive.slip
     obstacle_way = scenario.obstacles.max_speed * difference.time
-    way_text = f"{difference.seen:.2f} m driven by the scans, {difference.driven:.2f} m by the odometry"
-    angle_text = f"{difference.seen_turned:.2f} rad turned by the scans, {difference.turned:.2f} rad by the odometry"
-    if (
-        difference.off
-        > SEEN_OFF * scenario.robot.shape.cover_radius + localization.jump + obstacle_way + share * difference.driven
-    ):
+    way_text = f"{difference.seen_way:.2f} m driven by the scans, {difference.driven_way:.2f} m by the odometry"
+    angle_text = f"{difference.seen_turn:.2f} rad turned by the scans, {difference.driven_turn:.2f} rad by the odometry"
+    declared_error = localization.jump + obstacle_way + share * difference.driven_way
+    if difference.way_error > SEEN_OFF * scenario.robot.shape.cover_radius + declared_error:
         return f"scans and odometry disagree: {way_text}"
-    if difference.turned_off > SEEN_TURN + (obstacle_way > 0.0) * TURNED + share * difference.turned:
+    if difference.turn_error > SEEN_TURN + (obstacle_way > 0.0) * TURN_DIFFERENCE + share * difference.driven_turn:
         return f"scans and odometry disagree: {angle_text}"
     return ""

@@ -19,9 +19,9 @@ from drake_starnav.utils.snapshot import snapshot
 
 PATIENCE = 0.1
 """Odometry older than this is stale, s: the pose now follows from the last one by its twist."""
-AHEAD = 0.03
+EXTRAPOLATION = 0.03
 """The pose at the stamp of a scan is extrapolated by this at most, s, back as well; else it waits."""
-OLDEST, KEPT = 1.0, 3.0
+OLDEST, KEPT_TIME = 1.0, 3.0
 """Scans that have waited longer than the first are dropped; odometry is kept for the second, s."""
 CLOCK = 0.1
 """A stamp is at most this far ahead of the clock, s."""
@@ -168,7 +168,7 @@ def take_messages(
     for item in scans:
         k, scan = item if isinstance(item, tuple) else (0, item)
         intake = _add_scan(intake, time, k, scan, lidars)
-    recent = tuple(row for row in intake.rows if row.time > time - KEPT) or intake.rows[-1:]
+    recent = tuple(row for row in intake.rows if row.time > time - KEPT_TIME) or intake.rows[-1:]
     return dataclasses.replace(intake, rows=recent)
 
 
@@ -309,7 +309,7 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
     """The scan that waits longest, with the pose at its stamp; None: not yet, or there is none."""
     while intake.waiting:
         k, scan = first_waiting = min(intake.waiting, key=lambda each: each[1].time)
-        pose = interpolate_pose(intake.rows, scan.time, AHEAD)
+        pose = interpolate_pose(intake.rows, scan.time, EXTRAPOLATION)
         may_come = not intake.rows or scan.time >= intake.rows[0].time
         if pose is None and may_come and time - scan.time < OLDEST:
             break

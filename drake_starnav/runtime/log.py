@@ -11,7 +11,7 @@ import math
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,14 +27,17 @@ from drake_starnav.scenario.scenario_file import format_scenario
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.utils.files import explain_missing_file, explain_read_errors
 
-RUN, TICK, TF, FIXED, PLAN, ODOM, TWIST = (
+if TYPE_CHECKING:
+    from drake_starnav.runtime.loop import Reading
+
+RUN, TICK, TF, STATIC_TF, PLAN, ODOM, TWIST = (
     "/starnav/run", "/starnav/tick", "/tf", "/tf_static", "/starnav/plan", "/odom", "/cmd_vel"
 )  # fmt: skip
 KINDS = {
     RUN: "std_msgs/String",
     TICK: "std_msgs/String",
     TF: "tf2_msgs/TFMessage",
-    FIXED: "tf2_msgs/TFMessage",
+    STATIC_TF: "tf2_msgs/TFMessage",
     PLAN: "visualization_msgs/MarkerArray",
     ODOM: "nav_msgs/Odometry",
     TWIST: "geometry_msgs/Twist",
@@ -42,9 +45,9 @@ KINDS = {
 SCAN = "sensor_msgs/LaserScan"
 LARGEST_CHUNK, LARGEST_RATIO = 1 << 24, 200
 """Bytes of an expanded chunk at most, and of all of them as a multiple of the file's."""
-SHOWN = 0.5
+PLAN_PERIOD = 0.5
 """Between two messages with the plan, s."""
-MOST, EACH = 20, 8
+MOST_REGIONS, SAMPLE_STEP = 20, 8
 """Regions that are shown, each by every eighth sample."""
 PATH_COLOR, REGION_COLOR = (
     dict(zip("rgba", each, strict=True)) for each in ((0.8, 0.3, 0.0, 1.0), (0.0, 0.6, 0.0, 0.5))
@@ -112,17 +115,16 @@ class RunLog:
         self._write_json(RUN, log_time, run)
         places = zip(self._frames, mounts, strict=True)
         transforms = [_make_transform(log_time, "base_link", frame, mount) for frame, mount in places]
-        self._add(FIXED, log_time, {"transforms": transforms})
+        self._add(STATIC_TF, log_time, {"transforms": transforms})
         self._begun = True
 
-    def note(self, reading: Any, command: Command, delay: float = 0.0) -> None:
+    def note(self, reading: "Reading", command: Command, delay: float = 0.0) -> None:
         """What came, as of `Navigator.step`, what was commanded, and how long after `now` it was sent, s."""
-        current_time, scans, odometry, goal, *reset = reading
-        log_time, odometry = _to_nanoseconds(current_time), list(odometry)
+        current_time, log_time = reading.now, _to_nanoseconds(reading.now)
         if not self._begun:
             self._begin(log_time)
-        arrivals = [self._write_scan(log_time, item) for item in scans]
-        rows = [self._write_odometry(log_time, row) for row in odometry]
+        arrivals = [self._write_scan(log_time, item) for item in reading.scans]
+        rows = [self._write_odometry(log_time, row) for row in reading.odometry]
         velocity = CommandedVelocity.of(current_time, command.twist, self._navigator.actuation.limits)
         linear = {"x": velocity.ahead, "y": velocity.aside}
         self._add(TWIST, log_time, {"linear": linear, "angular": {"z": velocity.turning}})
@@ -130,14 +132,14 @@ class RunLog:
             "now": _check_finite(current_time),
             "scans": arrivals,
             "odometry": rows,
-            "goal": _make_row(goal),
-            "reset": any(reset),
+            "goal": _make_row(reading.goal),
+            "reset": reading.reset,
             "twist": command.twist.tolist(),
             "took": delay,
         }
         answer = {"certified": command.certified, "status": command.status, "why": command.why}
         self._write_json(TICK, log_time, tick | answer)
-        if not abs(current_time - self._plan_time) < SHOWN:
+        if not abs(current_time - self._plan_time) < PLAN_PERIOD:
             self._plan_time = current_time
             self._write_plan(log_time)
 
@@ -192,9 +194,10 @@ def read_plan(navigator: Navigator) -> tuple[np.ndarray, list[np.ndarray]]:
     if port is None or not rows:
         return np.zeros((0, 2)), []
     guidance, outlines = navigator.value(port), []
-    for center, bearing, values in list(zip(*guidance.regions[:3], strict=True))[-MOST:]:
-        sample_angles = bearing + 2.0 * math.pi * np.arange(0, len(values), EACH) / len(values)
-        outlines.append(center + values[::EACH, None] * np.column_stack((np.cos(sample_angles), np.sin(sample_angles))))
+    for center, bearing, values in list(zip(*guidance.regions[:3], strict=True))[-MOST_REGIONS:]:
+        sample_angles = bearing + 2.0 * math.pi * np.arange(0, len(values), SAMPLE_STEP) / len(values)
+        directions = np.column_stack((np.cos(sample_angles), np.sin(sample_angles)))
+        outlines.append(center + values[::SAMPLE_STEP, None] * directions)
     return np.vstack((rows[-1][1:3], np.reshape(guidance.path, (-1, 2)))), outlines
 
 

@@ -21,8 +21,8 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.robot.motion import Actuation
 from drake_starnav.runtime import intake as take
 from drake_starnav.runtime.execution import (
-    REST,
-    STANDS,
+    REST_TIME,
+    STANDING_SPEED,
     CommandedVelocity,
     Execution,
     acknowledge_withdrawal,
@@ -320,7 +320,7 @@ class Navigator:
             self._begin()
         if why := self._execution.fault_text or wrong or self._dropped_goal:
             return why
-        if time < self._carried + REST:
+        if time < self._carried + REST_TIME:
             return "scans and odometry disagree: the robot was carried, or what it sees has moved; the map is made anew"
         return self._no_goal if self._goal is None else ""
 
@@ -429,7 +429,7 @@ class Navigator:
         last, limits = self.intake.rows[-1], self.actuation.limits
         twist = np.array((last.v, last.aside, last.omega) if len(self._command.twist) == 3 else (last.v, last.omega))
         if limits.steers > 0.0:
-            twist[1] = last.omega / last.v if abs(last.v) > STANDS else self._command.twist[1]
+            twist[1] = last.omega / last.v if abs(last.v) > STANDING_SPEED else self._command.twist[1]
         return self.actuation.base.saturate(twist, limits)
 
     def _fix(self, name: str, value: Any) -> None:

@@ -15,7 +15,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
 from drake_starnav.lidar.transforms import Frames, frame_name, pose_along, seconds
 from drake_starnav.runtime.intake import CLOCK, WITHDRAWN, Odometry
-from drake_starnav.runtime.log import SHOWN, read_plan
+from drake_starnav.runtime.log import PLAN_PERIOD, read_plan
 from drake_starnav.runtime.loop import Reading
 from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.runtime.ros2_base import STAMPED, TWIST, make_header, open_middleware
@@ -204,7 +204,7 @@ class Ros2:
         """Send a twist; now and then publish what is planned."""
         assert self._base is not None
         self._base.drive(command.twist.tolist())
-        if self.navigator is not None and time.monotonic() > self._shown + SHOWN:
+        if self.navigator is not None and time.monotonic() > self._shown + PLAN_PERIOD:
             self._shown = time.monotonic()
             self._show(self.navigator)
 

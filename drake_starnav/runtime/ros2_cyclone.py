@@ -17,7 +17,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.runtime.ros2_base import Endpoint
 from drake_starnav.runtime.ros2_messages import MESSAGES, make_ros_name
 
-MOST = 1000
+MOST_ENDPOINTS = 1000
 """Endpoints that are looked at."""
 LOCAL = "lo", "lo0"
 """Interfaces that reach this machine alone, and know no multicast."""
@@ -103,7 +103,7 @@ class Cyclone:
         return lambda message: writer.write(message)
 
     def _others(self, publishers: bool) -> Iterator[Any]:
-        for each in self._found[publishers].read(MOST):
+        for each in self._found[publishers].read(MOST_ENDPOINTS):
             alive = each.sample_info.instance_state == InstanceState.Alive
             if alive and each.participant_key != self._participant.guid and each.topic_name.startswith("rt/"):
                 yield each

@@ -41,8 +41,8 @@ WALLS = np.array(
 """Discs (x, y, radius) and walls (x1, y1, x2, y2), in widths of twice a robot: posts, a dead end, a corner."""
 GOALS = (8.0, 0.0), (0.0, 0.0, 1.0), (6.5, 0.0), (14.0, 8.0)
 """Behind the dead end, back with a heading, in a wall, and outside."""
-STEPS, LOST, FAST = 400, 7, 1e3
-"""Steps to each goal; one scan in LOST loses beams; more than any limit, m/s and rad/s."""
+STEPS, LOSS_PERIOD, FAST = 400, 7, 1e3
+"""Steps to each goal; one scan in LOSS_PERIOD loses beams; more than any limit, m/s and rad/s."""
 
 
 def warm_up(navigator: "Navigator") -> None:
@@ -54,7 +54,7 @@ def warm_up(navigator: "Navigator") -> None:
         x_goal, y_goal, *heading = GOALS[k // STEPS]
         scans: list[tuple[int, LaserScan]] = []
         while scan_count / navigator.scenario.lidar.rate <= time:
-            scans += enumerate(_make_scans(navigator, pose, time, scan_count % LOST == LOST - 1))
+            scans += enumerate(_make_scans(navigator, pose, time, scan_count % LOSS_PERIOD == LOSS_PERIOD - 1))
             scan_count += 1
         row = _make_odometry(time, pose, twist, actuation)
         command = navigator.step(time, scans, [row], (unit * x_goal, unit * y_goal, *heading))

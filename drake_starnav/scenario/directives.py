@@ -16,7 +16,7 @@ from drake_starnav.utils.yaml_text import Loader, SectionDumper, Tagged, load_ya
 from drake_starnav.worlds import WORLD_KINDS, Model
 from drake_starnav.worlds.formats.world_file import find_shipped_file
 
-SAID = ("robot", "lidar")
+READ_MAPPINGS = ("robot", "lidar")
 """Mappings that the YAML file beside a robot's model may hold, beside the list `lidars`; all else is not read."""
 SHAPE = ("radius", "footprint")
 """Either of these says what a robot covers."""
@@ -118,7 +118,7 @@ def read_model_sections(model: str, sections: Mapping[str, Any]) -> dict[str, An
     if not isinstance(file_content, dict):
         return {}
     model_sections: dict[str, Any] = {"lidars": file_content["lidars"]} if "lidars" in file_content else {}
-    for name in SAID:
+    for name in READ_MAPPINGS:
         model_section, own = file_content.get(name) or {}, sections.get(name)
         if not isinstance(model_section, dict):
             raise StarnavError(f"{path}: {name} is {shown(model_section)}; allowed: a mapping, as in a scenario")

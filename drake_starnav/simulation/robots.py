@@ -24,14 +24,7 @@ from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario, check_method
 from drake_starnav.simulation.monitors import make_watcher
 from drake_starnav.simulation.run import advance_until, read_run
-from drake_starnav.simulation.trial import (
-    INTERRUPTED,
-    TIMEOUT,
-    Run,
-    Trial,
-    compute_trial_figures,
-    find_omniscient_path,
-)
+from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, compute_trial_figures, find_omniscient_path
 from drake_starnav.station.lidar_mounts import add_collars
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
 from drake_starnav.station.monitors import CollisionMonitor
@@ -50,7 +43,7 @@ from drake_starnav.station.world_geometry import add_ground, add_world
 from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.utils.stopwatch import Stopwatch
-from drake_starnav.worlds import GIVEN
+from drake_starnav.worlds import GIVEN_GOAL_KINDS
 from drake_starnav.worlds.solvable import check_free
 from drake_starnav.worlds.world import World
 
@@ -205,7 +198,7 @@ def make_worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
     if not robots:
         raise StarnavError(f"scenario {scenario.name} has no robots; allowed: a list of them, or run_trial")
     common_shape, goals = robots[0].robot.shape, robots[0].goals  # a world that is given has its start and its goal
-    if not isinstance(scenario.world, GIVEN):
+    if not isinstance(scenario.world, GIVEN_GOAL_KINDS):
         common_shape, goals = disc(max(each.robot.radius for each in robots)), ()
     made_worlds = [
         make_world_with_footprints(scenario.world, seed, common_shape, goals, functools.partial(body_top, each))

@@ -64,7 +64,7 @@ class _Stream(NamedTuple):
 
     lidar: LidarParameters
     seed: int
-    waiting: list[DiscreteStateIndex]
+    waiting_poses: list[DiscreteStateIndex]
 
 
 def derive_lidar_seed(seed: int, k: int) -> int:
@@ -150,27 +150,26 @@ class PlanarLocalization(LeafSystem):
         pose = self._read_true_pose(context)
         if not self._error.exact:
             values.set_value(self._anchor, np.concatenate((pose, pose)))
-        for pose_state in (self._scan_pose, *(pose_state for stream in self._streams for pose_state in stream.waiting)):
+        for pose_state in (self._scan_pose, *(each for stream in self._streams for each in stream.waiting_poses)):
             values.set_value(pose_state, pose)
         return EventStatus.Succeeded()
 
     def _hold(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
-        lidar, seed, waiting = stream
         values = state.get_mutable_discrete_state()
         values.set_value(self._updated, [context.get_time()])
-        scan_index = find_scan_index(context.get_time(), lidar.rate)
-        if not arrives(lidar, seed, scan_index):
+        scan_index = find_scan_index(context.get_time(), stream.lidar.rate)
+        if not arrives(stream.lidar, stream.seed, scan_index):
             return EventStatus.Succeeded()
-        pose_state = waiting[scan_index % len(waiting)] if waiting else self._scan_pose
+        waiting_poses = stream.waiting_poses
+        pose_state = waiting_poses[scan_index % len(waiting_poses)] if waiting_poses else self._scan_pose
         values.set_value(pose_state, self._compute_believed_pose(context))
         return EventStatus.Succeeded()
 
     def _release(self, stream: "_Stream", context: Context, state: State) -> EventStatus:
-        lidar, seed, waiting = stream
-        scan_index = find_released(lidar, seed, context.get_time())
+        scan_index = find_released(stream.lidar, stream.seed, context.get_time())
         if scan_index is None:
             return EventStatus.DidNothing()
-        pose_state = waiting[scan_index % len(waiting)]
+        pose_state = stream.waiting_poses[scan_index % len(stream.waiting_poses)]
         values = state.get_mutable_discrete_state()
         values.set_value(self._scan_pose, context.get_discrete_state(pose_state).value().copy())
         return EventStatus.Succeeded()

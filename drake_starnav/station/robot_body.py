@@ -19,7 +19,7 @@ from drake_starnav.station.robot_geometry import TOLERANCE, RobotModel
 from drake_starnav.station.world_geometry import make_upright_prism
 
 FRICTION = CoulombFriction(0.3, 0.3)
-MARKS = ("lidar_puck", "heading")
+KEPT_VISUALS = ("lidar_puck", "heading")
 """Visuals of the shipped robots that stay when they get another body."""
 HOLDS_ALL = (
     "a footprint that holds all of it, folded as its joints' default positions say, or its name in robot.overhangs"
@@ -117,7 +117,7 @@ def _remove_body(root: ElementTree.Element, *, keeps_looks: bool) -> tuple[float
     assert base is not None
     reach = []
     for element in [each for each in base if each.tag in ("collision", "visual")]:
-        if element.find("geometry/sphere") is not None or element.get("name") in MARKS:
+        if element.find("geometry/sphere") is not None or element.get("name") in KEPT_VISUALS:
             continue
         if element.tag == "collision":
             box, cylinder = (element.find(f"geometry/{kind}") for kind in ("box", "cylinder"))
@@ -147,9 +147,9 @@ def _move_parts_outwards(root: ElementTree.Element, robot: RobotParameters, grow
     wheels = list(root.iterfind("joint"))
     for element in [each for each in base if each.tag in ("collision", "visual")]:
         share = _find_largest_share(robot.shape, growth, [(element, [element])])
-        if element.find("geometry/sphere") is None and element.get("name") not in MARKS:
+        if element.find("geometry/sphere") is None and element.get("name") not in KEPT_VISUALS:
             continue
-        if share is None and element.get("name") not in MARKS:
+        if share is None and element.get("name") not in KEPT_VISUALS:
             _refuse_size(robot, "base_link")
         elif share is None:
             base.remove(element)

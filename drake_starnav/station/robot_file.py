@@ -17,7 +17,7 @@ from drake_starnav.station.robot_body import find_link, read_pose, remove_body_a
 from drake_starnav.utils.files import explain_read_errors, read_bytes
 from drake_starnav.utils.resources import find_model_path
 
-KEPT = ("link", "joint", "material", "frame")
+READ_PARTS = ("link", "joint", "material", "frame")
 """Parts of a robot that are read; sensors, transmissions, `ros2_control`, `gazebo` and the like are left out."""
 
 
@@ -71,7 +71,7 @@ def _read_model(path: Path, robot: RobotParameters) -> ElementTree.Element:
     with explain_read_errors(place, allowed_text):
         root = parse_xml(expand_model_file(data, path, robot.xacro_args, place))
     for part in list(root):
-        if part.tag not in KEPT and not part.tag.startswith("{"):
+        if part.tag not in READ_PARTS and not part.tag.startswith("{"):
             root.remove(part)
     return root
 

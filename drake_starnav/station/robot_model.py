@@ -48,7 +48,7 @@ SERVO_LAG = 0.02
 """A robot's speed follows its wheels' commands within this, s."""
 SPARE_GRIP = 3.0
 """Wheels must be able to turn a robot by this many times what is asked: casters carry part of its weight, and drag."""
-SIMPLIFIED = 0.004
+OUTLINE_GROWTH = 0.004
 """Corners are left out where the outline grows by no more than about this, m."""
 
 
@@ -185,7 +185,7 @@ def read_own_shape(robot: RobotParameters) -> dict[str, Any]:
     hull, radius = shapely.Polygon(outline), float(np.hypot(*outline.T).max())
     if hull.area > 0.97 * math.pi * radius**2:  # it counts as the disc around it
         return {"radius": math.ceil(1e3 * radius) / 1e3}
-    simple_hull = hull.simplify(SIMPLIFIED).buffer(SIMPLIFIED, join_style="mitre") if len(outline) > 8 else hull
+    simple_hull = hull.simplify(OUTLINE_GROWTH).buffer(OUTLINE_GROWTH, join_style="mitre") if len(outline) > 8 else hull
     corners = shapely.get_coordinates(simple_hull)[:-1].round(4).tolist()
     return {"radius": RobotParameters.radius, "footprint": corners}
 

@@ -13,12 +13,12 @@ from drake_starnav.station.robot_geometry import RobotModel, set_floor_contact
 
 OPPOSITE = 0.005
 """Wheels of an axle differ by no more than this along x and z, m; an axle so near to the middle carries the grip."""
-ALONG = 0.99
+AXIS_SHARE = 0.99
 """Least share of y in the axis of a wheel, and of z in that of a swivel."""
 CASTER_CLEARANCE = 0.005
 """A shape no farther from the floor than this, m, is a caster, and a wheel there stands on it."""
 CASTER_RADIUS = 0.02
-LIFTED = 5e-5
+LIFT = 5e-5
 """Casters clear the floor by this, m: the wheels carry the weight, and with it the grip."""
 STIFFNESS, STIFFNESS_PER_MASS = 1e7, 1.25e6
 """Largest stiffness of a wheel whose file says none, N/m, and that for each kg of its robot: under its load it sinks by
@@ -116,7 +116,7 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
     for joint, span, axle, grips, effort in zip(joints, spans, axles, has_grip, efforts, strict=True):
         robot.plant.AddJointActuator(joint.name(), joint, effort)
         radius = float(axle[2]) - floor
-        _add_rolling_sphere(robot, joint, span._replace(radius=radius if grips else radius - LIFTED), slides=not grips)
+        _add_rolling_sphere(robot, joint, span._replace(radius=radius if grips else radius - LIFT), slides=not grips)
     if not any(has_grip):
         for name, side in (("left_grip", axles[: len(wheels.left)]), ("right_grip", axles[len(wheels.left) :])):
             _, y, z = np.mean(side, axis=0)
@@ -138,7 +138,7 @@ def _add_missing_casters(robot: RobotModel, support_places: list[float], half_tr
     farthest_place = max(map(abs, support_places), default=half_track)
     for x in (-farthest_place, farthest_place):
         if not any(place * x > 0.0 for place in support_places):
-            X_BG = RigidTransform([x, 0.0, floor + LIFTED + CASTER_RADIUS])
+            X_BG = RigidTransform([x, 0.0, floor + LIFT + CASTER_RADIUS])
             _register_sphere(robot, robot.base, X_BG, CASTER_RADIUS, None)
 
 
@@ -156,10 +156,12 @@ def _find_turning_joints(robot: RobotModel) -> list[_Turning]:
         below = robot.find_carried_links(joint.child_body())
         body, is_swivel = joint.parent_body().index(), False
         while body in parent_joints:
-            is_swivel = is_swivel or abs(joint_axes.get(parent_joints[body].name(), np.zeros(3))[2]) > ALONG
+            is_swivel = is_swivel or abs(joint_axes.get(parent_joints[body].name(), np.zeros(3))[2]) > AXIS_SHARE
             body = parent_joints[body].parent_body().index()
-        arm = any(abs(joint_axes.get(parent_joints[part.index()].name(), np.zeros(3))[1]) > ALONG for part in below[1:])
-        if is_swivel or arm or abs(axis[1]) < ALONG:
+        arm = any(
+            abs(joint_axes.get(parent_joints[part.index()].name(), np.zeros(3))[1]) > AXIS_SHARE for part in below[1:]
+        )
+        if is_swivel or arm or abs(axis[1]) < AXIS_SHARE:
             continue
         low = robot.find_lowest_point({part.index(): poses[part.index()] for part in below})
         turning_joints.append(_Turning(name, (poses[joint.child_body().index()] @ _add_axle(joint)).translation(), low))
@@ -265,12 +267,12 @@ def _let_link_slide(robot: RobotModel, link: BodyIndex, X_BL: RigidTransform, fl
         support_places.append(float(lowest_place[0]))
         properties = ProximityProperties(robot.inspector.GetProximityProperties(each.geometry))
         is_sphere = isinstance(robot.inspector.GetShape(each.geometry), Sphere)
-        if is_sphere and 0.5 * LIFTED < clearance < 2.0 * LIFTED:
+        if is_sphere and 0.5 * LIFT < clearance < 2.0 * LIFT:
             properties.UpdateProperty("material", "coulomb_friction", CoulombFriction(0.0, 0.0))
             source = robot.plant.get_source_id()
             robot.scene_graph.AssignRole(source, each.geometry, properties, RoleAssign.kReplace)
             continue
         robot.keep_off_floor(each.geometry, properties)
-        place = X_BL.inverse() @ np.array([*lowest_place[:2], floor + LIFTED + CASTER_RADIUS])
+        place = X_BL.inverse() @ np.array([*lowest_place[:2], floor + LIFT + CASTER_RADIUS])
         _register_sphere(robot, each.link, RigidTransform(place), CASTER_RADIUS, None)
     return support_places

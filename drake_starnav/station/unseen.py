@@ -17,7 +17,7 @@ from drake_starnav.worlds.world import World
 
 UNSEEN = 0.01
 """A warning names what reaches farther than this beyond what a lidar sees of it, m."""
-GRAZED = 0.001
+GRAZED_HEIGHT = 0.001
 """What begins or ends so near to the height of a lidar is not seen, m."""
 MOST_NAMES = 3
 """The warning names at most this many."""
@@ -75,7 +75,7 @@ def _beyond_sight(
 ) -> float:
     """How far a shape reaches beyond what lidars see of it, m; of what they do not see, all counts."""
     struck_area, greatest_distance = _find_shadow(inspector, geometry, X_WG, FLOOR_TOLERANCE, robot.top), 0.0
-    for lift in () if struck_area.is_empty else (-GRAZED, GRAZED):
+    for lift in () if struck_area.is_empty else (-GRAZED_HEIGHT, GRAZED_HEIGHT):
         seen_cuts = [_find_shadow(inspector, geometry, X_WG, height + lift, height + lift) for height in robot.heights]
         seen_area = shapely.union_all(seen_cuts)
         if seen_area.is_empty:

@@ -21,7 +21,7 @@ COMPILING = "compiling, once"
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).parents[1]
 """The folder of the package."""
-COMPILED = "compiled_"
+FOLDER_PREFIX = "compiled_"
 """Begins the names of the folders of compiled functions, one for each file with such functions."""
 IMPORT = re.compile(
     rb"^[ \t]*(?:from|import)[ \t]+(%s[\w.]*)(?:[ \t]+import[ \t]*(\([^)]*\)|[^\n]*))?" % PACKAGE.encode(), re.M
@@ -119,13 +119,13 @@ def _make_cache_folder(path: str) -> Path:
     user_cache = Path(config.CACHE_DIR or caching.AppDirs("numba", appauthor=False).user_cache_dir)
     user_cache /= caching.InTreeCacheLocator.get_suitable_cache_subpath(str(ROOT / "__init__.py"))
     module_name = os.path.relpath(path, ROOT).removesuffix(".py").replace(os.sep, ".")
-    folder_name = f"{COMPILED}{module_name}-{_hash_sources(path)}"
+    folder_name = f"{FOLDER_PREFIX}{module_name}-{_hash_sources(path)}"
     for place in (user_cache,) if config.CACHE_DIR else (inner_cache, user_cache):
         folder = place / folder_name
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             if os.access(folder, os.W_OK):
-                for other in set(place.glob(f"{COMPILED}{module_name}-*")) - {folder}:
+                for other in set(place.glob(f"{FOLDER_PREFIX}{module_name}-*")) - {folder}:
                     shutil.rmtree(other, ignore_errors=True)
                 return folder
     return inner_cache / folder_name

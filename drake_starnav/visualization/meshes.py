@@ -112,8 +112,8 @@ def choose_mark_scale(extent: Sequence[float], radius: float) -> float:
 
     They grow with the root of the world's size, and shrink with a robot that they would hide.
     """
-    (x0, y0, x1, y1), robot_size = extent, min(radius, USUAL_RADIUS)
-    return robot_size / USUAL_RADIUS * math.sqrt(max(1.0, max(x1 - x0, y1 - y0) / (USUAL_SIZE * robot_size)))
+    world_size, robot_size = max(np.subtract(extent[2:], extent[:2])), min(radius, USUAL_RADIUS)
+    return robot_size / USUAL_RADIUS * math.sqrt(max(1.0, world_size / (USUAL_SIZE * robot_size)))
 
 
 def add_scene_layers(layers: dict[str, Layer], world: World) -> dict[str, Layer]:

@@ -26,7 +26,7 @@ from drake_starnav.visualization.meshes import Layer, find_seen_color
 from drake_starnav.visualization.page import ROOT, around_robot
 from drake_starnav.visualization.star_roadmap_visualizer import FRAME_SLACK
 from drake_starnav.visualization.timeline import RecordedRun, SceneTimeline, Shape
-from drake_starnav.visualization.world_figure import DETAILED, EMBEDDED_FONTS, WIDTH, make_figure, render_figure
+from drake_starnav.visualization.world_figure import EMBEDDED_FONTS, MOST_OUTLINES, WIDTH, make_figure, render_figure
 
 TEXT_SIZE = 9.0
 NARROW = 6.0
@@ -142,7 +142,7 @@ def _draw_solids(axes: Axes, scene: SceneTimeline, time: float) -> None:
     for (color, drawing_order), outlines in outlines_by_look.items():
         # a hairline hides the seams between the parts of a wall
         shapes = PolyCollection(outlines, facecolor=color, edgecolor=color, linewidth=0.2, zorder=drawing_order)
-        shapes.set_rasterized(len(outlines) > DETAILED)
+        shapes.set_rasterized(len(outlines) > MOST_OUTLINES)
         axes.add_collection(shapes, autolim=False)
 
 

@@ -42,7 +42,7 @@ SPACING = 8.0
 """Nodes, and frontier points, nearer than this to one that is drawn are left out, in radii of a node."""
 LEAST_AREA = 1e-4
 """What a region adds to the area of all regions is drawn if it is larger, m^2."""
-PLANNED = {"guidance": Guidance, "planner_state": PlannerState}
+PLANNER_PORTS = {"guidance": Guidance, "planner_state": PlannerState}
 """What of a planner is drawn, by the names of its ports and what they carry."""
 FRAME_SLACK = 1e-6
 """Meshcat's frame at time t is floor(t * frames_per_second): this keeps rounding from losing a frame, s."""
@@ -163,7 +163,7 @@ class StarRoadmapVisualizer(LeafSystem):
         sources = {
             **{scan: station.GetOutputPort(f"{lidar}.scan") for scan, lidar in zip(*names, strict=True)},
             **{name: navigation.localization(name) for name in ("pose", "scan_pose")},
-            **{name: navigation.planned(name, kind) for name, kind in PLANNED.items()},
+            **{name: navigation.planned(name, kind) for name, kind in PLANNER_PORTS.items()},
             "goal": None if navigation.goal is None else navigation.goal_position,
             "twist": navigation.twist_command,
             "certificate": navigation.certificate,

@@ -1,6 +1,5 @@
 """Pictures of worlds without a run: obstacles, zones, start, goal, and the shortest path between them."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ OBSTACLES, WALLS = "0.62", "0.35"
 """Greys of the obstacles and of the walls around a world."""
 START, GOAL, PATH = "#D55E00", "#009E73", "#0072B2"
 """Distinguishable for colour-blind readers (Okabe and Ito, 2008); the symbols differ as well."""
-DETAILED = 300
+MOST_OUTLINES = 300
 """A world with more outlines is drawn as pixels, to keep vector graphics small."""
 
 
@@ -47,7 +46,7 @@ def draw_world(axis: Any, world: World, obstacles: str = OBSTACLES, *, paths: bo
     discs = PatchCollection([Circle((x, y), radius) for x, y, radius in world.discs], facecolor=obstacles, linewidth=0)
     polygon_patches = PolyCollection(world.polygons, facecolor=obstacles, edgecolor=obstacles, linewidth=0.2)
     for collection in (discs, polygon_patches):
-        collection.set(zorder=1, rasterized=len(world.discs) + len(world.polygons) > DETAILED)
+        collection.set(zorder=1, rasterized=len(world.discs) + len(world.polygons) > MOST_OUTLINES)
         axis.add_collection(collection)
     moving, moving_color = world.moving_obstacles, meshes.MOVING_OBSTACLES.color
     for radius, path in zip(moving.radii, moving.paths, strict=True):
@@ -87,12 +86,12 @@ def draw_robot(
     from matplotlib.patches import Polygon
 
     footprint = disc(shape) if isinstance(shape, float) else shape
-    (x, y, yaw), radius = pose, footprint.radius
+    robot_pose = np.asarray(pose, dtype=float)
     for part in footprint.parts or (footprint.outline,):
-        part_corners = transform_points(np.array((x, y, yaw)), part)
+        part_corners = transform_points(robot_pose, part)
         axis.add_patch(Polygon(part_corners, facecolor="none", edgecolor=color, linewidth=1.6, zorder=3))
-    nose_place = x + radius * math.cos(yaw), y + radius * math.sin(yaw)
-    axis.plot((x, nose_place[0]), (y, nose_place[1]), color=color, linewidth=1.6, label=label or None, zorder=3)
+    heading_line = transform_points(robot_pose, np.array([(0.0, 0.0), (footprint.radius, 0.0)]))
+    axis.plot(*heading_line.T, color=color, linewidth=1.6, label=label or None, zorder=3)
 
 
 def draw_goal(axis: Any, goal: tuple[float, float] | np.ndarray, label: str = "goal") -> None:

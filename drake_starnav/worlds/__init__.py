@@ -51,7 +51,7 @@ WORLD_KINDS: dict[str, type] = {
     )
 }
 
-GIVEN = (Obstacles, RosMap, Model)
+GIVEN_GOAL_KINDS = (Obstacles, RosMap, Model)
 """Kinds whose goal is given."""
 
 __all__ = [
@@ -90,7 +90,7 @@ def make_world(kind: Any, seed: int, robot: Footprint | float, goals: Sequence[S
     robot = as_footprint(robot)
     if not (math.isfinite(robot.radius) and robot.radius > 0.0):
         raise StarnavError(f"the robot's radius is {robot.radius} m; allowed: 0 < x m")
-    if goals and isinstance(kind, GIVEN):
+    if goals and isinstance(kind, GIVEN_GOAL_KINDS):
         kind = dataclasses.replace(kind, goal=[float(value) for value in goals[-1][:2]])
     check_parameters(kind, type(kind).__name__)
     # the checksum of the name numbers a kind for good, whatever kinds are added

@@ -6,7 +6,7 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-_AROUND = 96  # sides of the polyhedra that stand for round solids: they are up to 0.05 % too wide
+_SIDE_COUNT = 96  # sides of the polyhedra that stand for round solids: they are up to 0.05 % too wide
 
 
 def make_convex_footprint(vertices: np.ndarray, low: float, high: float) -> np.ndarray | None:
@@ -40,13 +40,13 @@ def make_sphere_footprint(
 
 def make_ball_vertices(semi_axes: np.ndarray) -> np.ndarray:
     """Corners of a polyhedron around an ellipsoid with semi-axes (3,) along x, y and z, m; shape (n, 3)."""
-    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
-    elevation = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _AROUND // 2 + 1)[:, None]
+    bearing = 2.0 * np.pi / _SIDE_COUNT * np.arange(_SIDE_COUNT)
+    elevation = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _SIDE_COUNT // 2 + 1)[:, None]
     unit_sphere = np.stack(
         (np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation) + 0.0 * bearing),
         axis=-1,
     )
-    circle_factor = 1.0 / math.cos(np.pi / _AROUND) ** 2  # a facet spans the same angle both ways
+    circle_factor = 1.0 / math.cos(np.pi / _SIDE_COUNT) ** 2  # a facet spans the same angle both ways
     return circle_factor * np.asarray(semi_axes) * unit_sphere.reshape(-1, 3)
 
 
@@ -57,6 +57,6 @@ def make_box_vertices(size: np.ndarray) -> np.ndarray:
 
 def make_cylinder_vertices(radius: float, length: float) -> np.ndarray:
     """Corners of a prism around a cylinder along z about the origin, m; shape (n, 3)."""
-    bearing = 2.0 * np.pi / _AROUND * np.arange(_AROUND)
-    ring_corners = radius / math.cos(np.pi / _AROUND) * np.column_stack((np.cos(bearing), np.sin(bearing)))
-    return np.vstack([np.column_stack((ring_corners, np.full(_AROUND, side * length))) for side in (-0.5, 0.5)])
+    bearing = 2.0 * np.pi / _SIDE_COUNT * np.arange(_SIDE_COUNT)
+    ring_corners = radius / math.cos(np.pi / _SIDE_COUNT) * np.column_stack((np.cos(bearing), np.sin(bearing)))
+    return np.vstack([np.column_stack((ring_corners, np.full(_SIDE_COUNT, side * length))) for side in (-0.5, 0.5)])

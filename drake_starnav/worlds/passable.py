@@ -16,8 +16,8 @@ LATTICES = ((0.05, 64), (0.025, 128))
 """Grid step, m, and number of headings: the second where the first finds no way."""
 MOST_STATES = 60_000_000
 """A lattice of more states is not searched."""
-_INSIDE = 0.04  # m, from the outline to the middles of the discs along it
-_MOVES = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)])
+_DISC_DEPTH = 0.04  # m, from the outline to the middles of the discs along it
+_CELL_STEPS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)])
 
 
 def has_passage(world: World, robot: Footprint, spare: float = 0.0, yaw: float | None = None) -> bool:
@@ -53,7 +53,7 @@ def _make_inner_discs(robot: Footprint) -> np.ndarray:
     """
     rows = [np.array([(0.0, 0.0, robot.radius)])]
     for part in robot.parts:
-        inner_depths = _INSIDE
+        inner_depths = _DISC_DEPTH
         while (inner := shapely.Polygon(part).buffer(-inner_depths, join_style="mitre")).is_empty:
             inner_depths *= 0.5
         line = resample_polyline(shapely.get_coordinates(inner.exterior), inner_depths)
@@ -103,12 +103,12 @@ def _search_poses(start, end, box, lattice, discs, capsules):
         heading_error = abs((yaw - end[2] + math.pi) % (2.0 * math.pi) - math.pi)
         if math.hypot(x - end[0], y - end[1]) <= step and not heading_error > turn:
             return True
-        for m in range(len(_MOVES) + 2):
+        for m in range(len(_CELL_STEPS) + 2):
             a, b, c = i, j, k
-            if m < len(_MOVES):
-                a, b = i + _MOVES[m, 0], j + _MOVES[m, 1]
+            if m < len(_CELL_STEPS):
+                a, b = i + _CELL_STEPS[m, 0], j + _CELL_STEPS[m, 1]
             else:
-                c = (k + (1 if m == len(_MOVES) else headings - 1)) % headings
+                c = (k + (1 if m == len(_CELL_STEPS) else headings - 1)) % headings
             if a < 0 or b < 0 or a >= shape[0] or b >= shape[1] or is_visited[a, b, c]:
                 continue
             is_visited[a, b, c] = True

@@ -25,9 +25,9 @@ from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.world import World
 
 TOLERANCE = 1e-9  # m, a path may touch the capsules
-_TURNS = (0.0, -math.pi / 8.0)  # rad, of the grids: where one makes the worst of a way, the other makes the best
+_GRID_ANGLES = (0.0, -math.pi / 8.0)  # rad, of the grids: where one makes the worst of a way, the other makes the best
 _SPACINGS = (0.2, 0.1, 0.05)  # m, of the points among which a path is shortened
-_JOINED = 3  # cells to each side, among which start and goal are joined to the grid
+_JOINED_CELLS = 3  # cells to each side, among which start and goal are joined to the grid
 
 
 def make_capsules(world: World, clearance: float) -> np.ndarray:
@@ -99,7 +99,7 @@ def find_shortest_path(world: World, clearance: float, resolution: float = 0.05)
     pad = 0.0 if world.bounds is not None else clearance  # a way around the outermost obstacles of an open plane
     corners = np.array([(x, y) for x in (x0 - pad, x1 + pad) for y in (y0 - pad, y1 + pad)])
     ways = []
-    for angle in _TURNS:
+    for angle in _GRID_ANGLES:
         frame, frame_back = np.array(((0.0, 0.0, angle), (0.0, 0.0, -angle)))
         outer = transform_points(frame, corners)
         box = np.array((outer.min(axis=0), outer.max(axis=0)))
@@ -136,9 +136,9 @@ def _search_grid(places: np.ndarray, box: np.ndarray, capsules: np.ndarray, step
 
 
 def _find_nearest_in_sight(end, origin, step, free, capsules) -> tuple[int, int] | None:
-    """The nearest free cell of a grid with a border that an end (2,) sees, among _JOINED to each side."""
-    low = np.maximum(np.rint((end - origin) / step).astype(int) - _JOINED, 0)
-    cells = low + np.argwhere(free[low[0] :, low[1] :][: 2 * _JOINED + 1, : 2 * _JOINED + 1])
+    """The nearest free cell of a grid with a border that an end (2,) sees, among _JOINED_CELLS to each side."""
+    low = np.maximum(np.rint((end - origin) / step).astype(int) - _JOINED_CELLS, 0)
+    cells = low + np.argwhere(free[low[0] :, low[1] :][: 2 * _JOINED_CELLS + 1, : 2 * _JOINED_CELLS + 1])
     for k in np.hypot(*(origin + cells * step - end).T).argsort(kind="stable"):
         if find_blocking_capsule(*end, *(origin + cells[k] * step), capsules) < 0:
             return int(cells[k, 0]) + 1, int(cells[k, 1]) + 1

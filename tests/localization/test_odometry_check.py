@@ -39,22 +39,17 @@ def test_the_way_that_scans_show(share, noise, mount) -> None:
     check = checked(share, lidar=LidarParameters(rate=10.0, noise=noise), mount=mount)
     found = check.sum_differences()
     assert len(check.steps) == KEPT_STEPS
-    assert found.driven == pytest.approx(share * found.seen, rel=0.03)
-    assert found.off == pytest.approx(abs(1.0 - share) * found.seen, abs=0.03 * found.seen)
-    assert found.turned_off < 0.03
+    assert found.driven_way == pytest.approx(share * found.seen_way, rel=0.03)
+    assert found.way_error == pytest.approx(abs(1.0 - share) * found.seen_way, abs=0.03 * found.seen_way)
+    assert found.turn_error < 0.03
 
 
 @pytest.mark.parametrize("turning", [0.7, 1.3])
 def test_the_angle_that_scans_show(turning) -> None:
     found = checked(1.0, turning).sum_differences()
-    assert found.turned == pytest.approx(turning * found.seen_turned, rel=0.05)
+    assert found.driven_turn == pytest.approx(turning * found.seen_turn, rel=0.05)
 
 
 def test_what_scans_do_not_show_is_believed() -> None:
-    corridor = World(
-        "corridor",
-        (0.0, 0.0, 0.0),
-        (50.0, 0.0),
-        bounds=(-100.0, -2.0, 100.0, 2.0),
-    )
+    corridor = World("corridor", (0.0, 0.0, 0.0), (50.0, 0.0), bounds=(-100.0, -2.0, 100.0, 2.0))
     assert checked(0.7, world=corridor, curve=0.0).sum_differences().off < 0.1

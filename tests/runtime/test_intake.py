@@ -11,7 +11,7 @@ from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_segment_r
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.intake import (
-    AHEAD,
+    EXTRAPOLATION,
     PATIENCE,
     WITHDRAWN,
     Declared,
@@ -59,9 +59,9 @@ def test_poses_between_are_interpolated(time) -> None:
 
 @pytest.mark.parametrize(("end", "way"), [(1.0, 1.0), (0.0, -1.0)])
 def test_poses_after_and_before_are_extrapolated_for_a_short_time(end, way) -> None:
-    assert interpolate_pose(ARC, end + 0.02 * way, AHEAD) == pytest.approx(arc(end + 0.02 * way)[1:4], abs=1e-6)
-    assert interpolate_pose(ARC, end + 0.04 * way, AHEAD) is None
-    assert interpolate_pose((), 0.0, AHEAD) is None
+    assert interpolate_pose(ARC, end + 0.02 * way, EXTRAPOLATION) == pytest.approx(arc(end + 0.02 * way)[1:4], abs=1e-6)
+    assert interpolate_pose(ARC, end + 0.04 * way, EXTRAPOLATION) is None
+    assert interpolate_pose((), 0.0, EXTRAPOLATION) is None
 
 
 def test_an_omnidirectional_base_is_extrapolated_aside() -> None:

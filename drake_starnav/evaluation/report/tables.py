@@ -25,7 +25,7 @@ from drake_starnav.evaluation.summary import (
     summarize_records,
 )
 
-TABLED = (
+TABLED_FIELDS = (
     "trial", "world", "seed", "time_s", "path_length_m", "shortest_path_m", "min_clearance_m", "mean_speed_mps",
     "nodes", "wall_s", "score", "straight_line_m", "tightest_gap_m",
 )  # fmt: skip
@@ -40,7 +40,7 @@ UNITS = {
 def list_further_figures(records: Sequence[Record]) -> list[str]:
     """Names of all other numbers in the records, in their order."""
     names = (name for record in records for name, value in record.items() if _is_number(value))
-    return [name for name in dict.fromkeys(names) if name not in TABLED]
+    return [name for name in dict.fromkeys(names) if name not in TABLED_FIELDS]
 
 
 def make_suite_tables(results: Results) -> list[tuple[str, Table]]:
