@@ -40,12 +40,7 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
     origin = known_points.min(axis=0) - BORDER * radius
     grid_shape = np.ceil((known_points.max(axis=0) + BORDER * radius - origin) / cell_size).astype(int)
     cell_centers = origin + cell_size * np.stack(np.meshgrid(*map(np.arange, grid_shape), indexing="ij"), axis=-1)
-    hit_distances = np.full(tuple(grid_shape), np.inf)
-    if len(hits):
-        hit_distances, _ = cKDTree(hits).query(cell_centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
-    soft = np.clip(1.0 - (hit_distances / radius - 1.0) / SOFT_ZONE, 0.0, 1.0)
-    weight = np.where(hit_distances < (1.0 - SLACK) * radius, 0.0, 10.0 * (1.0 + SOFT_COST * soft)).astype(np.uint8)
-    weight[0] = weight[-1] = weight[:, 0] = weight[:, -1] = 0
+    weight = _weigh_cells(cell_centers, hits, radius)
     start, end = (np.rint((place - origin) / cell_size).astype(int) for place in (position, goal))
     cost = np.zeros(weight.shape, np.int32)
     search_buckets(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
@@ -56,6 +51,17 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
     path = np.vstack((path, goal))
     reach = next((k for k in range(len(path) - 1, 0, -1) if _is_free(weight, position, path[k], origin, cell_size)), 0)
     return path[reach:]
+
+
+def _weigh_cells(cell_centers: np.ndarray, hits: np.ndarray, radius: float) -> np.ndarray:
+    """Return what it costs to cross each cell, more near hits; 0 of those that hits block, and along the border."""
+    hit_distances = np.full(cell_centers.shape[:2], np.inf)
+    if len(hits):
+        hit_distances, _ = cKDTree(hits).query(cell_centers, distance_upper_bound=(1.0 + SOFT_ZONE) * radius)
+    soft = np.clip(1.0 - (hit_distances / radius - 1.0) / SOFT_ZONE, 0.0, 1.0)
+    weight = np.where(hit_distances < (1.0 - SLACK) * radius, 0.0, 10.0 * (1.0 + SOFT_COST * soft)).astype(np.uint8)
+    weight[0] = weight[-1] = weight[:, 0] = weight[:, -1] = 0
+    return weight
 
 
 def _is_free(weight: np.ndarray, begin: np.ndarray, end: np.ndarray, origin: np.ndarray, cell: float) -> bool:
