@@ -5,13 +5,7 @@ from dataclasses import dataclass, field
 
 from drake_starnav.errors import shown
 from drake_starnav.evaluation.jobs import Record
-from drake_starnav.evaluation.summary import (
-    Table,
-    compare_trials,
-    format_number,
-    format_rate,
-    summarize_records,
-)
+from drake_starnav.evaluation.summary import Table, compare_trials, format_number, format_rate, summarize_records
 from drake_starnav.parameters import unknown_name
 
 
@@ -71,7 +65,7 @@ SUITES: dict[str, Suite] = {
         methods=("star", "star_paper", "dsm", "foa", "foa_cluster", "foa_roadmap", "dwa", "grid_astar"),
         references=("star", "star_paper"),
         published={(scenario, method): row for scenario, rows in _PUBLISHED.items() for method, row in rows.items()},
-    ),
+    )
 }
 
 

@@ -152,10 +152,7 @@ def _make_trial_world(scenario: Scenario, parts: Parts, seed: int) -> World:
 
 
 def _simulate(
-    diagram: Diagram,
-    navigation: Navigation,
-    logs: list[VectorLogSink],
-    progress: Callable[[float, float], None] | None,
+    diagram: Diagram, navigation: Navigation, logs: list[VectorLogSink], progress: Callable[[float, float], None] | None
 ) -> Run:
     """Simulate until something ends the trial; the run says also what blocked the robot, and when."""
     scenario = navigation.station.scenario

@@ -10,11 +10,7 @@ import numpy as np
 
 from drake_starnav.evaluation.jobs import Record
 from drake_starnav.evaluation.report.results import Results
-from drake_starnav.evaluation.summary import (
-    compute_median_interval,
-    compute_wilson_interval,
-    summarize_records,
-)
+from drake_starnav.evaluation.summary import compute_median_interval, compute_wilson_interval, summarize_records
 from drake_starnav.visualization.world_figure import WIDTH, draw_world, make_figure
 from drake_starnav.worlds import World
 
