@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from drake_starnav.errors import StarnavError
@@ -53,7 +53,7 @@ class NavigatorView(LeafSystem):
         self.values: dict[str, Any] = {}
         self.update_values()
         for name, value in self.values.items():
-            read = functools.partial(_read_value, name=name)
+            read = functools.partial(lambda name, view, context: view.values[name], name)
             if isinstance(value, np.ndarray):
                 declare_vector(self, name, len(value), read)
             else:
@@ -73,10 +73,6 @@ class NavigatorView(LeafSystem):
         X_WB = RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, self._height])
         self._plant.SetFreeBodyPose(self._plant_context, self._base, X_WB)
         return self._plant.GetPositions(self._plant_context)
-
-
-def _read_value(view: NavigatorView, context: Context, name: str) -> Any:
-    return view.values[name]
 
 
 def _list_shown_ports(navigation: Navigation, lidar_count: int) -> dict[str, OutputPort]:

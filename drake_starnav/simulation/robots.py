@@ -91,16 +91,8 @@ class RobotNavigator(Diagram):
 
 @dataclass(frozen=True)
 class DrivenRobot:
-    """A robot in the diagram of all.
-
-    Attributes:
-        scenario, world: its own.
-        navigation: its systems.
-        monitor: of its contacts.
-        logs: of its states and commands.
-        stopwatch: of its steps.
-        standstill_reasons: from when on, s, why it stood still.
-    """
+    """A robot in the diagram of all: its systems, the monitor of its contacts, the logs of its states and commands, the
+    stopwatch of its steps, and from when on, s, why it stood still."""
 
     scenario: Scenario
     world: World

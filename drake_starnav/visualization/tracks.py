@@ -68,15 +68,7 @@ class _Body(NamedTuple):
 
 
 class DrivenRobot(NamedTuple):
-    """A robot that has driven.
-
-    Attributes:
-        name: its own.
-        scenario: what it is, and how it is recorded.
-        motion: how it moved.
-        description: the legend's words for it.
-        goals: (x, y), W, m, that are its own.
-    """
+    """A robot that has driven: what it is, how it moved, the legend's words for it, and goals (x, y) of its own, m."""
 
     name: str
     scenario: Scenario
