@@ -52,4 +52,4 @@ def test_the_angle_that_scans_show(turning) -> None:
 
 def test_what_scans_do_not_show_is_believed() -> None:
     corridor = World("corridor", (0.0, 0.0, 0.0), (50.0, 0.0), bounds=(-100.0, -2.0, 100.0, 2.0))
-    assert checked(0.7, world=corridor, curve=0.0).sum_differences().off < 0.1
+    assert checked(0.7, world=corridor, curve=0.0).sum_differences().way_error < 0.1
