@@ -80,7 +80,7 @@ def test_the_name_says_the_format(recorder, suffix: str, begin: bytes, tmp_path)
 def test_a_clip_shows_the_run_and_a_still_its_end(recorder, tmp_path) -> None:
     recorder.save(tmp_path / "a.gif", width=300)
     with Image.open(tmp_path / "a.gif") as clip:
-        assert clip.n_frames == 7 and clip.width == 300
+        assert clip.n_frames == 9 and clip.width == 300
     recorder.save(tmp_path / "end.png")
     recorder.save(tmp_path / "late.png", time=99.0)
     assert (tmp_path / "end.png").read_bytes() == (tmp_path / "late.png").read_bytes()
