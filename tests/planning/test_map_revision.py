@@ -50,7 +50,6 @@ def seen_at(world, pose, time, rng=None):
     return observed(dataclasses.replace(scan, time=float(time)), pose)
 
 
-@settings(max_examples=30)
 @given(seeds)
 def test_of_what_stands_no_hit_is_forgotten(seed):
     """Nor of posts that the beams of later scans miss."""
@@ -75,7 +74,6 @@ def test_hits_are_forgotten_that_later_scans_alone_saw_through(turned):
     assert forget_contradicted((after,), (before,), RADIUS)[0] is after
 
 
-@settings(max_examples=30)
 @given(seeds)
 def test_where_nothing_has_moved_no_node_is_dropped(seed):
     world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
@@ -83,7 +81,6 @@ def test_where_nothing_has_moved_no_node_is_dropped(seed):
     assert len(reconcile(roadmap, observed(cast(world, pose), pose), DROPPING, RADIUS)) == len(roadmap)
 
 
-@settings(max_examples=30)
 @given(seeds)
 def test_a_small_error_of_the_pose_drops_no_node(seed):
     world, roadmap = wandered(seed, nodes=4, margins=DROPPING)
@@ -94,7 +91,6 @@ def test_a_small_error_of_the_pose_drops_no_node(seed):
     assert len(reconcile(moved, observed(cast(world, pose), pose), DROPPING, RADIUS)) >= len(moved) - 1
 
 
-@settings(max_examples=30)
 @given(seeds)
 def test_a_cut_region_is_clear_of_the_new_hits(seed):
     world, roadmap = wandered(seed, nodes=3, margins=DROPPING)
