@@ -31,13 +31,8 @@ KEPT_STEPS = 5
 
 
 class SeenStep(NamedTuple):
-    """A robot's motion between two scans, each (ahead, aside, turned) from where it was at the first, m and rad.
-
-    Attributes:
-        begin, end: times of the scans, s.
-        driven_motion: by the odometry.
-        seen_motion: by the scans.
-    """
+    """The times of two scans, s, and a robot's motions between them by the odometry and by the scans, each (ahead,
+    aside, turned) from where it was at the first, m and rad."""
 
     begin: float
     end: float
@@ -46,14 +41,10 @@ class SeenStep(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """What some steps come to by the odometry and by the scans.
+    """What some steps come to by the odometry and by the scans: ways, m, and angles, whatever their sign, rad.
 
-    Attributes:
-        driven_way, seen_way: m.
-        driven_turn, seen_turn: angles, whatever their sign, rad.
-        way_error, turn_error: between the two sums of motions, m and rad; or, if that is more, between those of motions
-            each in its own direction: a share of ways there and back adds up in it.
-        time: from the first scan to the last, s.
+    An error is that between the two sums of motions; or, if it is more, that between the sums of motions each in its
+    own direction: a share of ways there and back adds up in it. The time is from the first scan to the last, s.
     """
 
     driven_way: float

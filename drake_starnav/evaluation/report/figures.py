@@ -138,7 +138,9 @@ def _draw_panels(
         axes.tick_params(labelbottom=True)
         shown_points = {y: points[scenario, m] for y, m in enumerate(methods) if (scenario, m) in points}
         for y, point in shown_points.items():
-            _draw_point(axes, point, y, choose_style(methods, methods[y]))
+            style = choose_style(methods, methods[y])
+            axes.plot([point.low, point.high], [y, y], color=style["color"], linewidth=2.0)
+            axes.plot(point.value, y, color=style["color"], marker=style["marker"], markersize=6)
         if guide_value is not None:
             axes.axvline(guide_value, color="0.6", linewidth=0.8, zorder=0)
         if axis_limits is not None:
@@ -152,12 +154,6 @@ def _draw_panels(
     grid[0, 0].set_yticks(range(len(methods)), methods, parse_math=False)
     grid[0, 0].set_ylim(len(methods) - 0.5, -0.7)
     return figure
-
-
-def _draw_point(axes: "Axes", point: Point, y: float, style: dict[str, Any]) -> None:
-    """Draw a point's interval as a bar and its value as a marker."""
-    axes.plot([point.low, point.high], [y, y], color=style["color"], linewidth=2.0)
-    axes.plot(point.value, y, color=style["color"], marker=style["marker"], markersize=6)
 
 
 def _label_point(axes: "Axes", point: Point, y: float) -> None:
