@@ -110,28 +110,38 @@ class LidarConfig(_Parameters):
     seed: int = 0
 
 
-def ApplyLidarConfig(config: LidarConfig, builder: DiagramBuilder) -> LidarSensor:  # named as Drake's of this kind
+def ApplyLidarConfig(  # named as Drake's functions of this kind
+    config: LidarConfig,
+    builder: DiagramBuilder,
+    plant: MultibodyPlant | None = None,
+    scene_graph: SceneGraph | None = None,
+) -> LidarSensor:
     """Add the lidar of a configuration to a diagram, named `lidar_sensor_{config.name}`, and connect it to the scene.
 
-    The builder has a finalized plant named "plant" and a scene graph named "scene_graph". The outputs of the sensor are
-    left to connect.
+    The plant is finalized and in the builder, as the scene graph is; None for the systems named "plant" and
+    "scene_graph". The outputs of the sensor are left to connect.
 
     Raises:
         StarnavError: a value is not allowed, there is no such frame, plant or scene graph, or a lidar has this name.
     """
-    for needed_name in ("plant", "scene_graph"):
-        if not builder.HasSubsystemNamed(needed_name):
-            raise StarnavError(f"the diagram has no system named {needed_name}; allowed: one of that name")
+    plant, scene_graph = _find_system(builder, plant, "plant"), _find_system(builder, scene_graph, "scene_graph")
     names = {field.name for field in dataclasses.fields(LidarParameters)}
     parameters = build(LidarParameters, {name: getattr(config, name) for name in names}, "lidar")
     name = f"lidar_sensor_{config.name}"
     if builder.HasSubsystemNamed(name):
         raise StarnavError(f"the diagram has a lidar named {config.name} already; allowed: another name")
-    sensor = LidarSensor(parameters, _make_mount(config, builder.GetSubsystemByName("plant")), seed=config.seed)
+    sensor = LidarSensor(parameters, _make_mount(config, plant), seed=config.seed)
     builder.AddNamedSystem(name, sensor)
-    scene_graph = builder.GetSubsystemByName("scene_graph")
     builder.Connect(scene_graph.get_query_output_port(), sensor.GetInputPort("geometry_query"))
     return sensor
+
+
+def _find_system(builder: DiagramBuilder, system: Any, name: str) -> Any:
+    if system is None:
+        if not builder.HasSubsystemNamed(name):
+            raise StarnavError(f"the diagram has no system named {name}; allowed: one of that name, or {name}=...")
+        return builder.GetSubsystemByName(name)
+    return system
 
 
 def _make_mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:

@@ -48,16 +48,19 @@ class SliderGoal(LeafSystem):
     What a run with it does depends on when the goal is moved, and cannot be repeated.
     """
 
-    def __init__(self, goal: tuple[float, float], read: Callable[[], np.ndarray | None]) -> None:
+    def __init__(
+        self, goal: tuple[float, float], read: Callable[[], np.ndarray | None], *, period: float = 0.1
+    ) -> None:
         """
         Args:
             goal: where there is no other, (x, y), W, m.
             read: says where the goal is now, shape (2,), W, m, or None; see `add_goal_sliders`.
+            period: of the updates, s.
         """
         super().__init__()
         self._goal, self._read = np.array(goal, dtype=float), read
         self.DeclareStateOutputPort("goal", self.DeclareDiscreteState(self._goal))
-        self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> EventStatus:
         new_goal = self._read()

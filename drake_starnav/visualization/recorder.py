@@ -107,13 +107,23 @@ class Recorder:
             motion = Motion(np.array(base_poses.times), np.column_stack((X_WB[:, :2, 3], yaw)))
         self.recorded = RecordedRun(caption, world.extent, self._scene, self._shapes, (motion,))
 
-    def save(self, path: str | os.PathLike, time: float = math.inf, width: float | None = None) -> None:
+    def save(
+        self,
+        path: str | os.PathLike,
+        time: float = math.inf,
+        view: str = "top",
+        width: float | None = None,
+        speed: float = 2.0,
+        rate: int = 10,
+    ) -> None:
         """Write a picture of the finished run from above, by the end of its name, without a browser.
 
         Args:
-            path: PNG, SVG or PDF for a still; GIF or MP4 for a clip, at twice the speed.
+            path: PNG, SVG or PDF for a still; GIF or MP4 for a clip.
             time: of a still, s; by default the end.
+            view: `top` or `follow`, of PNG, GIF and MP4.
             width: inches for SVG and PDF, e.g. 3.5 for a column of a paper (default: 11), otherwise pixels (1100).
+            speed, rate: of a clip, times real time, and pictures a second.
 
         Raises:
             StarnavError: the run has not been finished, or the file cannot be written.
@@ -126,9 +136,9 @@ class Recorder:
         if self.recorded is None:
             raise StarnavError("the recorder has recorded no run yet; allowed: after finish")
         if file.suffix in pictures.STILLS:
-            pictures.write_still(file, self.recorded, time, "top", width)
+            pictures.write_still(file, self.recorded, time, view, width)
         else:
-            pictures.write_clips([file], self.recorded, "top", round(width or pictures.PIXELS), speed=2.0, rate=10)
+            pictures.write_clips([file], self.recorded, view, round(width or pictures.PIXELS), speed, rate)
 
 
 def add_visualizers(

@@ -17,7 +17,7 @@ def meshcat() -> Meshcat:
 
 
 def test_the_goal_is_the_worlds_until_a_slider_moves(meshcat) -> None:
-    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD))
+    system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.1)
     simulator = Simulator(system)
     port = system.GetOutputPort("goal")
     simulator.AdvanceTo(1.0)

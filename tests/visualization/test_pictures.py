@@ -73,14 +73,14 @@ def recorder(tmp_path_factory):
     ("suffix", "begin"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF"), (".gif", b"GIF89a")]
 )
 def test_the_name_says_the_format(recorder, suffix: str, begin: bytes, tmp_path) -> None:
-    recorder.save(tmp_path / f"a{suffix}", time=0.5, width=3 if suffix in (".svg", ".pdf") else 300)
+    recorder.save(tmp_path / f"a{suffix}", time=0.5, width=3 if suffix in (".svg", ".pdf") else 300, rate=2)
     assert (tmp_path / f"a{suffix}").read_bytes().startswith(begin)
 
 
 def test_a_clip_shows_the_run_and_a_still_its_end(recorder, tmp_path) -> None:
-    recorder.save(tmp_path / "a.gif", width=300)
+    recorder.save(tmp_path / "a.gif", width=300, rate=4, speed=1.0)
     with Image.open(tmp_path / "a.gif") as clip:
-        assert clip.n_frames == 9 and clip.width == 300
+        assert clip.n_frames == 7 and clip.width == 300
     recorder.save(tmp_path / "end.png")
     recorder.save(tmp_path / "late.png", time=99.0)
     assert (tmp_path / "end.png").read_bytes() == (tmp_path / "late.png").read_bytes()
