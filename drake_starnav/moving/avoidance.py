@@ -1,8 +1,9 @@
 """Collision avoidance: a search over sequences of manoeuvres for the best way past obstacles that move.
 
-A manoeuvre is held for MANOEUVRE_STEPS steps: follow the path, stop, or drive in a direction as the base does it,
-forwards or backwards: turning and then driving sideways is one manoeuvre. The first one must begin with a twist that
-the certificates accept. Of each generation the BEAM_WIDTH best rollouts that differ are continued, up to the horizon.
+A manoeuvre is held for MANOEUVRE_STEPS steps: follow the path, stop, keep the velocity, or drive in a direction as the
+base does it, forwards or backwards: turning and then driving sideways is one manoeuvre. The first one must begin with a
+twist that the certificates accept. Of each generation the BEAM_WIDTH best rollouts that differ are continued, up to the
+horizon.
 
 In a rollout the movers follow their predicted trajectories; static objects are assumed to stay. The robot stops at the
 edge of known free space, and brakes as soon as the certificate in time would make it, also for static objects, which
@@ -38,11 +39,12 @@ from drake_starnav.moving.driving_times import (
     compute_times_along,
     find_next_way_point,
 )
+from drake_starnav.moving.modulation import modulate_around_movers
 from drake_starnav.moving.prediction import HORIZON, PREDICTION_STEP
 from drake_starnav.moving.tracker import TrackedObstacles
 from drake_starnav.robot import Limits, RobotParameters
 from drake_starnav.robot.base import convert_to_twist
-from drake_starnav.robot.limits import Velocity, cap_speed, find_velocity_towards, wrap_angle
+from drake_starnav.robot.limits import Velocity, cap_speed, find_velocity_towards, limit_value, wrap_angle
 from drake_starnav.robot.motion import Actuation, Pose, convert_to_velocity, integrate_step, ramp_velocity, roll_out
 from drake_starnav.safety.certificates import Certificate, all_accept
 from drake_starnav.surroundings.region_union import RegionUnion, covers, find_covering_region
@@ -51,7 +53,7 @@ MANOEUVRE_STEPS = 5
 """Steps of a rollout for which it drives a manoeuvre."""
 STEP = 0.1
 """Time step of a rollout, s."""
-BEAM_WIDTH = 8
+BEAM_WIDTH = 16
 """Rollouts that are continued."""
 HEADINGS = 8
 """Directions that are tried."""
@@ -62,6 +64,8 @@ CHANGE_WEIGHT = 0.15
 more comfort and risk than that."""
 COMFORT = 0.4
 """Predicted distance from a moving obstacle below which the robot gives way, m: as persons like it, nature."""
+STANDING_SPACING = 0.4
+"""Hits on static objects that are nearer to each other than this, in radii of the robot, are treated as one."""
 CONTACT_COST = 8.0
 """w, s."""
 TURNING_RATE = 0.8
@@ -72,11 +76,15 @@ WALL_COST = 0.6
 ARRIVED = 0.48
 """A rollout this near to the end of the path has arrived, in radii of the robot."""
 
-MANOEUVRE = np.dtype([("speed", np.float64), ("heading", np.float64), ("follows_path", np.bool_)])
-"""What the robot may do next: follow the path or drive in a direction, at a speed; stop, if that is zero."""
-DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "hazard")])
-"""A mover at one time: its place and velocity in W, its radius, and how far it comes, if it turns to the robot, before
-that has left; m and m/s."""
+FOLLOW_PATH, KEEP_VELOCITY, DRIVE_IN_DIRECTION = range(3)
+"""Kinds of manoeuvre."""
+MANOEUVRE = np.dtype(
+    [("kind", np.int64), *((name, np.float64) for name in ("speed", "heading", "ahead", "aside", "turning"))]
+)
+"""What the robot may do next: follow the path at a speed, keep a `Velocity`, or drive in a direction at a speed."""
+DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "reach", "hazard")])
+"""A mover at one time: its place and velocity in W, its radius; how far it may come in a second, and, if it turns to
+the robot, before that has left; m and m/s."""
 ROLLOUT = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
@@ -96,7 +104,8 @@ class Movers(NamedTuple):
     """The obstacles that move or might start, as avoidance sees them.
 
     Attributes:
-        radius: shape (n,), of the n that are predicted, m.
+        position, velocity: shape (n, 2), of the n that are predicted, now, W, m and m/s.
+        radius: shape (n,), m.
         trajectory: shape (n, k, 2), places every PREDICTION_STEP from the time of the scan on, W, m.
         may_start: shape (m, 2), places on static objects that might start to move, W, m.
         age: time since the scan, s.
@@ -105,6 +114,8 @@ class Movers(NamedTuple):
         max_speed: that is declared, m/s.
     """
 
+    position: np.ndarray
+    velocity: np.ndarray
     radius: np.ndarray
     trajectory: np.ndarray
     may_start: np.ndarray
@@ -117,12 +128,14 @@ class Movers(NamedTuple):
     def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
         tracks, age, declared = tracked
-        is_predicted, starters = tracks.is_predicted, tracks.possible_starters[:, :2]
-        is_near = np.hypot(*(starters - position).T) < HORIZON * robot.max_speed
+        is_predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
+        farthest, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
         return Movers(
+            position=tracks.position[is_predicted] + age * velocity,
+            velocity=velocity,
             radius=tracks.radius[is_predicted],
             trajectory=tracks.predicted_trajectories[is_predicted],
-            may_start=np.ascontiguousarray(starters[is_near]),
+            may_start=thin_places(tracks.possible_starters[:, :2], position, farthest, spacing),
             age=float(age),  # a whole number would have all compiled again
             spacing=float(MOVING_MARGIN * robot.shape.cover_radius + declared.stopping_distance),
             caution=float(declared.caution),
@@ -158,18 +171,18 @@ class Scene(NamedTuple):
     @staticmethod
     def of(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters) -> "Scene":
         """Return the scene of what the controller is given."""
-        (pose, _, guidance, surroundings), limits = inputs, robot.limits
-        line = np.vstack((pose[:2], guidance.path if len(guidance.path) else pose[:2]))
+        path, limits = inputs.guidance.path, robot.limits
+        line = np.vstack((inputs.pose[:2], path if len(path) else inputs.pose[:2]))
         return Scene(
             line=line,
             times_left=compute_times_along(line, limits),
-            regions=guidance.regions,
-            star=surroundings.certified_star.union,
-            hits=surroundings.near_hits,
-            movers=Movers.near(tracked, pose[:2], robot),
+            regions=inputs.guidance.regions,
+            star=inputs.surroundings.certified_star.union,
+            hits=inputs.surroundings.near_hits,
+            movers=Movers.near(tracked, inputs.pose[:2], robot),
             limits=limits,
             radius=float(robot.radius),
-            slowdown=float(compute_goal_slowdown(limits) if guidance.arrives or not len(guidance.path) else np.inf),
+            slowdown=float(compute_goal_slowdown(limits) if inputs.guidance.arrives or not len(path) else np.inf),
         )
 
 
@@ -196,9 +209,10 @@ def avoid_collision(
     pose, twist = inputs.pose, inputs.twist
     scene = Scene.of(inputs, tracked, robot)
     start = make_initial_rollout(pose, twist, scene)
-    manoeuvres = list_manoeuvres(robot.limits)
-    if is_path_comfortable(start, manoeuvres[:1], scene):
+    if is_path_comfortable(start, list_manoeuvres(twist, robot.limits)[:1], scene):
         return None
+    around = find_velocity_around(pose, inputs.guidance.path, scene, robot)
+    manoeuvres = list_manoeuvres(twist, robot.limits, around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = convert_to_twist(velocities, actuation.base)
 
@@ -225,16 +239,42 @@ def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene
         scene: what the rollouts share.
     """
     rollout, discs = start.copy(), predict_discs(scene, 0.0, round(HORIZON / STEP))
-    continue_rollout(start[0], follow_path, discs, scene, rollout)
+    continue_rollout(start[0], follow_path, discs, scene, np.inf, rollout)
     ahead = rollout[0]
     return bool(ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"])
 
 
-def list_manoeuvres(limits: Limits) -> np.ndarray:
-    """Return what the robot may do next, shape (n,) of `MANOEUVRE`; first of all, to follow the path at full speed."""
-    rows = [(share * limits.max_speed, 0.0, True) for share in (1.0, 0.5, 0.0)]
-    rows += [(limits.max_speed, 2.0 * math.pi * k / HEADINGS, False) for k in range(HEADINGS)]
+def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
+    """Return what the robot may do next, shape (n,) of `MANOEUVRE`.
+
+    Args:
+        twist: of the base, commanded last.
+        limits: of the robot.
+        around: a velocity that leads around movers, shape (2,), W, m/s.
+    """
+    max_speed = limits.max_speed
+    rows = [(FOLLOW_PATH, share * max_speed, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
+    kept_velocities = (Velocity(0.0, 0.0, 0.0), convert_to_velocity(twist), Velocity(-0.5 * max_speed, 0.0, 0.0))
+    rows += [(KEEP_VELOCITY, 0.0, 0.0, *velocity) for velocity in kept_velocities]
+    for k in range(HEADINGS):
+        heading = 2.0 * math.pi * k / HEADINGS
+        rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (max_speed, -max_speed)]
+    if around is not None:
+        speed, heading = min(math.hypot(*around), max_speed), math.atan2(around[1], around[0])
+        rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
     return np.array(rows, MANOEUVRE)
+
+
+def find_velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot: RobotParameters) -> np.ndarray | None:
+    """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
+    if not len(path):
+        return None
+    way_vector = path[0] - pose[:2]
+    velocity = robot.max_speed * way_vector / max(math.hypot(*way_vector), 1e-9)
+    movers = scene.movers
+    inflated_radii = movers.radius + robot.radius + scene.movers.spacing
+    around = modulate_around_movers(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
+    return around if math.hypot(*around) > STANDING_SPEED else None
 
 
 def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
@@ -249,13 +289,29 @@ def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> n
 
 
 @kernel
+def thin_places(places, position, reach, spacing):
+    """Return the places (n, 2) within `reach` (m) of a position, no two nearer to each other than `spacing` (m)."""
+    kept_places = np.empty((len(places), 2))
+    n = 0
+    for k in range(len(places)):
+        x, y = places[k, 0], places[k, 1]
+        is_apart = math.hypot(x - position[0], y - position[1]) < reach
+        for q in range(n):
+            is_apart = is_apart and (x - kept_places[q, 0]) ** 2 + (y - kept_places[q, 1]) ** 2 >= spacing**2
+        if is_apart:
+            kept_places[n, 0], kept_places[n, 1] = x, y
+            n += 1
+    return kept_places[:n]
+
+
+@kernel
 def predict_discs(scene, start_time, steps):
     """Return the movers at a time (s) and after each step from it, shape (steps + 1, n) of `DISC`."""
-    movers, trajectory, radius = scene.movers, scene.movers.trajectory, scene.movers.radius
+    trajectory, radius = scene.movers.trajectory, scene.movers.radius
     discs, last_sample = np.empty((steps + 1, len(radius)), DISC), trajectory.shape[1] - 1.001
     escape_time = [compute_time_to_escape(scene.radius + r, scene.limits) for r in radius]
     for s in range(steps + 1):
-        sample = min((movers.age + start_time) / PREDICTION_STEP, last_sample)
+        sample = min((scene.movers.age + start_time) / PREDICTION_STEP, last_sample)
         i = int(sample)
         share = sample - i
         for j in range(len(radius)):
@@ -264,6 +320,7 @@ def predict_discs(scene, start_time, steps):
             speed = math.hypot(dx, dy) / PREDICTION_STEP
             disc.x, disc.y, disc.radius = x + share * dx, y + share * dy, radius[j]
             disc.vx, disc.vy = dx / PREDICTION_STEP, dy / PREDICTION_STEP
+            disc.reach = (1.0 - scene.movers.caution) * speed + scene.movers.caution * scene.movers.max_speed
             disc.hazard = speed * escape_time[j]
         start_time += STEP
     return discs
@@ -271,17 +328,20 @@ def predict_discs(scene, start_time, steps):
 
 @kernel
 def begin_manoeuvres(manoeuvres, start, scene):
-    """Return the velocities (n, 3) with which manoeuvres begin, and their rollouts (n,)."""
+    """Return the velocities (n, 3) with which manoeuvres begin, within the robot's limits, and their rollouts (n,)."""
     velocities, rollouts, limits = np.empty((len(manoeuvres), 3)), np.empty(len(manoeuvres), ROLLOUT), scene.limits
     rollout = start[0]
-    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, rollouts)
+    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, np.inf, rollouts)
     for m in range(len(manoeuvres)):
-        wanted = choose_velocity(manoeuvres[m], rollout, scene)
-        put(velocities, m, (wanted.ahead, wanted.aside, wanted.turning))
-        speed_change = math.hypot(wanted.ahead - rollout.ahead, wanted.aside - rollout.aside) / limits.max_speed
-        turning_change = abs(wanted.turning - rollout.turning) / limits.max_yaw_rate
-        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * (speed_change + turning_change)
-        rollouts[m].cost += rollouts[m].change_cost
+        wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene)
+        ahead = limit_value(wanted_velocity.ahead, limits.max_speed)
+        aside = limit_value(wanted_velocity.aside, limits.max_speed)
+        turning = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
+        velocities[m, 0], velocities[m, 1], velocities[m, 2] = ahead, aside, turning
+        velocity_change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
+        velocity_change += abs(turning - rollout.turning) / limits.max_yaw_rate
+        rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * velocity_change
+        rollouts[m].cost += CHANGE_WEIGHT * velocity_change
     return velocities, rollouts
 
 
@@ -299,7 +359,8 @@ def search_rollouts(manoeuvres, rollouts, scene):
         rollouts = np.empty(len(continued) * manoeuvre_count, ROLLOUT)
         for k in range(len(continued)):
             continuations = rollouts[k * manoeuvre_count : (k + 1) * manoeuvre_count]
-            continue_rollout(generation[continued[k]], manoeuvres, discs, scene, continuations)
+            most = least_found if is_last_segment else np.inf
+            continue_rollout(generation[continued[k]], manoeuvres, discs, scene, most, continuations)
             best, least_found = find_best_result(continuations, is_last_segment, best, least_found)
     return best
 
@@ -315,9 +376,10 @@ def find_best_result(rollouts, is_last, best, cost):
 
 @kernel
 def select_best_rollouts(rollouts, scene):
-    """Return the indices of the best rollouts that have not ended and differ, best first."""
+    """Return the indices of the BEAM_WIDTH best rollouts that have not ended and do not count as one, best first."""
     same_place, same_speed = SAME_PLACE * scene.radius, SAME_SPEED * scene.limits.max_speed
-    kept_indices, n = np.empty(BEAM_WIDTH, np.int64), 0
+    kept_indices = np.empty(BEAM_WIDTH, np.int64)
+    n = 0
     rollout_costs = np.array([rollout.cost for rollout in rollouts])
     for i in np.argsort(rollout_costs, kind="mergesort"):
         rollout = rollouts[i]
@@ -340,44 +402,74 @@ def select_best_rollouts(rollouts, scene):
 
 
 @kernel
-def continue_rollout(start, manoeuvres, discs, scene, rollouts):
-    """Simulate each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
+def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
+    """Simulate a segment of each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
 
-    A rollout ends early if the robot is touched or reaches a frontier.
+    Limits make many manoeuvres begin alike: of those with the same velocities so far the first one, the leader, is
+    simulated for all. A rollout ends early if the robot is touched or reaches a frontier. None is simulated if the
+    least cost exceeds `most`, s.
     """
-    for m in range(len(manoeuvres)):
-        rollouts[m] = start
-        rollout = rollouts[m]
-        for s in range(1, len(discs)):
-            if rollout.is_over:
-                break
-            wanted = choose_velocity(manoeuvres[m], rollout, scene)
-            if must_brake(rollout, discs, s - 1, scene):
-                wanted = Velocity(0.0, 0.0, wanted.turning)
-            velocity, mean = ramp_velocity(read_end_velocity(rollout), wanted, STEP, scene.limits)
-            drive_step(rollout, velocity, mean, scene)
-            add_nearness(rollout, discs, s, scene.radius)
-            note_arrival(rollout, scene)
-        rollout.cost = compute_total_cost(rollout, discs, scene)
+    n, radius = len(manoeuvres), scene.radius
+    leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
+    rollouts[0] = start
+    steps = len(discs) - 1 if most == np.inf or compute_least_cost(start, scene) < most else 0
+    for s in range(steps):
+        choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities)
+        for m in range(n):
+            if leaders[m] == m and not rollouts[m].is_over:
+                drive_step(rollouts[m], velocities, m, scene)
+                add_nearness(rollouts[m], discs, s + 1, radius)
+                note_arrival(rollouts[m], scene)
+    for m in range(n):
+        if leaders[m] < m:
+            rollouts[m] = rollouts[leaders[m]]
+        else:
+            rollouts[m].cost = compute_total_cost(rollouts[m], discs, scene)
 
 
 @leaf
-def drive_step(rollout, velocity, mean, scene):
-    """Drive a rollout for a step, at whose end it has a `Velocity`, with the mean of those in between.
+def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities):
+    """Write what rollouts (n,) drive next: the velocities (n, 6) at the end of step s and their mean, and the leaders.
+
+    A rollout that begins to differ from its leader's is copied from that.
+    """
+    n, limits = len(manoeuvres), scene.limits
+    brakes, last_leaders = np.zeros(n, np.bool_), leaders.copy()
+    for m in range(n):
+        if leaders[m] == m and not rollouts[m].is_over:
+            brakes[m] = must_brake(rollouts[m], discs, s, scene)
+    for m in range(n):
+        last_leader = last_leaders[m]
+        if rollouts[last_leader].is_over:
+            continue
+        wanted_velocity = choose_velocity(manoeuvres[m], rollouts[last_leader], scene)
+        if brakes[last_leader]:
+            wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
+        velocity, mean = ramp_velocity(read_end_velocity(rollouts[last_leader]), wanted_velocity, STEP, limits)
+        put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
+        leaders[m] = find_leader(velocities, last_leaders, m)
+        if leaders[m] == m != last_leader:
+            rollouts[m] = rollouts[last_leader]
+
+
+@leaf
+def drive_step(rollout, velocities, m, scene):
+    """Drive a rollout for a step with number m of some velocities (n, 6).
 
     It stays where it is if the step leads out of known free space, unless away from hits.
     """
-    radius, star = scene.radius, scene.star
+    star = scene.star
+    mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
     pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
-    rollout.yaw, rollout.turning = pose.yaw, velocity.turning
-    rollout.ahead, rollout.aside = velocity.ahead, velocity.aside
+    rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
+    rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
     is_free = is_free or find_covering_region(scene.regions, pose.x, pose.y, 0.0) >= 0
     clearance = measure_clearance(pose.x, pose.y, scene)
     if is_free or clearance > rollout.clearance:
         rollout.x, rollout.y, rollout.clearance = pose.x, pose.y, clearance
         rollout.least_clearance = min(rollout.least_clearance, clearance)
-        rollout.way_point = find_next_way_point(scene.line, rollout.way_point, pose.x, pose.y, radius)
+        rollout.way_point = find_next_way_point(scene.line, rollout.way_point, pose.x, pose.y, scene.radius)
     else:
         rollout.ahead = rollout.aside = 0.0
     rollout.time += STEP
@@ -386,8 +478,9 @@ def drive_step(rollout, velocity, mean, scene):
 @leaf
 def note_arrival(rollout, scene):
     """Note when a rollout has first been at the end of the path; there it is over if that is a frontier."""
-    line, arrived = scene.line, ARRIVED * scene.radius
-    is_near = (line[-1, 0] - rollout.x) ** 2 + (line[-1, 1] - rollout.y) ** 2 < arrived * arrived
+    line = scene.line
+    dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
+    is_near = dx * dx + dy * dy < (ARRIVED * scene.radius) * (ARRIVED * scene.radius)
     if is_near and not rollout.is_over and rollout.way_point == len(line) - 1:
         rollout.arrival_time = min(rollout.arrival_time, rollout.time)
         rollout.is_over = scene.slowdown == np.inf  # where exploration continues
@@ -396,13 +489,25 @@ def note_arrival(rollout, scene):
 @leaf
 def compute_total_cost(rollout, discs, scene):
     """Return what a rollout costs, s."""
-    line, limits, comfort_cost, time = scene.line, scene.limits, rollout.comfort_cost, rollout.arrival_time
+    line, limits, radius = scene.line, scene.limits, scene.radius
+    comfort_cost, time = rollout.comfort_cost, rollout.arrival_time
     if time == np.inf:  # else it has been at the goal, wherever it goes to make way
         comfort_cost = max(comfort_cost, compute_comfort_to_go(rollout, discs, scene))
         pose, velocity = Pose(rollout.x, rollout.y, rollout.yaw), read_end_velocity(rollout)
         time = rollout.time + compute_time_to_go(line, scene.times_left, rollout.way_point, pose, velocity, limits)
-    wall_cost = WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * scene.radius)) ** 2
-    return comfort_cost + rollout.risk + wall_cost + time + rollout.change_cost
+    return comfort_cost + rollout.risk + compute_wall_cost(rollout, radius) + time + rollout.change_cost
+
+
+@leaf
+def find_leader(velocities, leaders, m):
+    """Return the first manoeuvre that has had the leader of number m and takes the same velocities (n, 6) next."""
+    for k in range(leaders[m], m):
+        is_same = leaders[k] == leaders[m]
+        for i in range(6):
+            is_same = is_same and velocities[m, i] == velocities[k, i]
+        if is_same:
+            return k
+    return m
 
 
 @leaf
@@ -415,15 +520,15 @@ def read_end_velocity(rollout):
 def choose_velocity(manoeuvre, rollout, scene):
     """Return the `Velocity` that a manoeuvre wants at the end of a rollout."""
     speed, k, line, limits = manoeuvre.speed, rollout.way_point, scene.line, scene.limits
+    if manoeuvre.kind == KEEP_VELOCITY:
+        return Velocity(manoeuvre.ahead, manoeuvre.aside, manoeuvre.turning)
+    if manoeuvre.kind == DRIVE_IN_DIRECTION:
+        course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
+        return find_velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
     is_last, arrived = k == len(line) - 1, ARRIVED * scene.radius
-    if speed == 0.0 or (manoeuvre.follows_path and dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12)):
+    if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
-    if not manoeuvre.follows_path:
-        error = wrap_angle(manoeuvre.heading - rollout.yaw)
-        if abs(error) > 0.5 * math.pi:  # backwards: it turns less
-            error, speed = wrap_angle(error + math.pi), -speed
-        return find_velocity_towards(error, speed, limits)
     wanted = find_velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
     if is_last:
         wanted = cap_speed(wanted, scene.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
@@ -437,31 +542,42 @@ def must_brake(rollout, discs, s, scene):
     Or, from the next step on, by what might start; that is noted as `is_held`. Checked at half the braking time and at
     its end, for all discs, whether it approaches them or not: a robot that only watches those ahead is soon surrounded.
     """
-    movers, speed, direction = scene.movers, rollout.ahead, rollout.yaw
+    movers, limits, robot_speed, driving_direction = scene.movers, scene.limits, rollout.ahead, rollout.yaw
+    starters, radius, caution = movers.may_start, scene.radius, movers.caution
     if rollout.aside != 0.0:
-        speed = math.hypot(rollout.ahead, rollout.aside)
-        direction += math.atan2(rollout.aside, rollout.ahead)
-    if abs(speed) < STANDING_SPEED:
+        robot_speed = math.hypot(rollout.ahead, rollout.aside)
+        driving_direction += math.atan2(rollout.aside, rollout.ahead)
+    if abs(robot_speed) < STANDING_SPEED:
         return False
-    stopping_time, needed_distance = abs(speed) / scene.limits.max_deceleration, scene.radius + movers.spacing
-    cosine, sine = math.cos(direction), math.sin(direction)
+    braking, mover_speed = math.copysign(limits.max_deceleration, robot_speed), movers.max_speed
+    stopping_time, needed_distance = abs(robot_speed) / limits.max_deceleration, radius + movers.spacing
+    cosine = sine = 0.0
+    if len(starters):
+        cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
     for share in (0.5, 1.0):
         t = share * stopping_time
-        way = speed * (1.0 - 0.5 * share) * t + speed * STEP
+        way = robot_speed * (t + STEP) - 0.5 * braking * t * t
         x, y = rollout.x + way * cosine, rollout.y + way * sine
-        if measure_nearest_hit(x, y, movers.may_start) < needed_distance + movers.max_speed * (t + STEP):
-            rollout.is_held = True
-            return True
-    needed_distance += MOVING_MARGIN * scene.radius  # twice the margin: tracks err more than hits
-    for share in (0.5, 1.0):
-        t = share * stopping_time
-        way = speed * (1.0 - 0.5 * share) * t
-        x, y = rollout.x + way * cosine, rollout.y + way * sine
-        trusted_time, reach = (1.0 - movers.caution) * t, needed_distance + movers.caution * movers.max_speed * t
-        for j in range(discs.shape[1]):
-            disc = discs[s, j]
-            dx, dy = x - disc.x - trusted_time * disc.vx, y - disc.y - trusted_time * disc.vy
-            if dx * dx + dy * dy < (reach + disc.radius) * (reach + disc.radius):
+        reach_distance = needed_distance + mover_speed * (t + STEP)
+        for j in range(len(starters)):
+            if (x - starters[j, 0]) ** 2 + (y - starters[j, 1]) ** 2 < reach_distance * reach_distance:
+                rollout.is_held = True
+                return True
+    needed_distance += MOVING_MARGIN * radius  # twice the margin: tracks err more than hits
+    for j in range(discs.shape[1]):
+        disc = discs[s, j]
+        reach_distance = needed_distance + disc.radius + (0.5 * abs(robot_speed) + disc.reach) * stopping_time + 1e-9
+        if (rollout.x - disc.x) ** 2 + (rollout.y - disc.y) ** 2 > reach_distance * reach_distance:
+            continue
+        if not (cosine or sine):
+            cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
+        for share in (0.5, 1.0):
+            t = share * stopping_time
+            way = robot_speed * t - 0.5 * braking * t * t
+            dx = rollout.x + way * cosine - disc.x - (1.0 - caution) * disc.vx * t
+            dy = rollout.y + way * sine - disc.y - (1.0 - caution) * disc.vy * t
+            reach_distance = needed_distance + disc.radius + caution * mover_speed * t
+            if dx * dx + dy * dy < reach_distance * reach_distance:
                 return True
     return False
 
@@ -516,16 +632,26 @@ def compute_comfort_to_go(rollout, discs, scene):
 
 
 @leaf
-def measure_clearance(x, y, scene):
-    """Return the clearance of the robot at a place to static obstacles, m, no more than the zone of walls."""
-    return min(max(measure_nearest_hit(x, y, scene.hits) - scene.radius, 0.0), WALL_ZONE * scene.radius)
+def compute_least_cost(rollout, scene):
+    """Return what a rollout costs at least, however it goes on, s."""
+    distance = math.hypot(scene.line[-1, 0] - rollout.x, scene.line[-1, 1] - rollout.y)
+    way = max(distance - ARRIVED * scene.radius, 0.0)
+    time = min(rollout.arrival_time, rollout.time + way / scene.limits.max_speed)
+    return rollout.comfort_cost + rollout.risk + compute_wall_cost(rollout, scene.radius) + rollout.change_cost + time
 
 
 @leaf
-def measure_nearest_hit(x, y, hits):
-    """Return the distance from a place to the nearest of some hits, m; infinite without any."""
-    nearest = np.inf
-    for q in range(len(hits)):
-        dx, dy = x - hits[q, 0], y - hits[q, 1]
+def compute_wall_cost(rollout, radius):
+    """Return what a rollout costs for its least clearance to static obstacles, s."""
+    return WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
+
+
+@leaf
+def measure_clearance(x, y, scene):
+    """Return the clearance of a robot at (x, y) to the nearest hit, m, at most that of the zone near walls."""
+    reach = (1.0 + WALL_ZONE) * scene.radius
+    nearest = reach * reach
+    for q in range(len(scene.hits)):
+        dx, dy = x - scene.hits[q, 0], y - scene.hits[q, 1]
         nearest = min(nearest, dx * dx + dy * dy)
-    return math.sqrt(nearest)
+    return max(min(math.sqrt(nearest), reach) - scene.radius, 0.0)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_starnav.control import ControllerInputs, ControllerParameters
-from drake_starnav.moving.avoidance import avoid_collision
+from drake_starnav.moving.avoidance import Scene, avoid_collision, find_velocity_around, list_manoeuvres, thin_places
 from drake_starnav.moving.certificate import STANDING_SPEED, MovingCertificate, make_certificates
 from drake_starnav.moving.kalman_tracks import Tracks
 from drake_starnav.moving.parameters import DynamicObstacleParameters
@@ -94,6 +94,22 @@ def test_without_a_certified_manoeuvre_there_is_none() -> None:
     assert avoided(obstacle((0.8, 0.0), (-0.6, 0.0)), twist=(0.8, 0.0), star=Surroundings.unknown()) is None
 
 
+def test_the_way_round_is_one_of_the_manoeuvres_if_it_is_wanted() -> None:
+    """Round one who comes from ahead on the left, it leads to the right."""
+    tracks, limits, still = obstacle((1.5, 0.3), (-0.6, 0.0)), ROBOT.limits, np.zeros(2)
+    obstacles = TrackedObstacles(tracks, 0.0, OBSTACLES)
+    regions, star = known()
+    among = Scene.of(ControllerInputs(np.zeros(3), still, Guidance(PATH, True, regions), star), obstacles, ROBOT)
+    aside = find_velocity_around(np.zeros(3), PATH, among, ROBOT)
+    assert aside is not None
+    assert aside[1] < 0.0
+    row = list_manoeuvres(still, limits, aside)[-1]
+    assert row["heading"] == math.atan2(aside[1], aside[0])
+    assert 0.0 < row["speed"] <= ROBOT.max_speed
+    assert find_velocity_around(np.zeros(3), np.zeros((0, 2)), among, ROBOT) is None
+    assert len(list_manoeuvres(still, limits)) == len(list_manoeuvres(still, limits, aside)) - 1
+
+
 def standing(x: float, y: float, radius: float = 0.2) -> Tracks:
     """A column that might start."""
     angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
@@ -108,3 +124,13 @@ def test_where_the_path_leads_too_near_by_what_might_start_another_way_is_found(
     found = avoided(standing(1.2, 0.55))  # 10 cm from where the robot would pass
     assert found is not None
     assert found[1] < 0.0, "away from it"
+
+
+def test_what_stands_is_foreseen_as_few_places() -> None:
+    places = standing(1.0, 0.0).possible_starters[:, :2]
+    kept = thin_places(places, np.zeros(2), 1.1, 0.1)
+    assert 3 < len(kept) < 20
+    apart = np.hypot(*(kept[:, None] - kept).transpose(2, 0, 1)) + np.eye(len(kept))
+    assert apart.min() >= 0.1
+    near = places[np.hypot(*places.T) < 1.1]
+    assert np.hypot(*(near[:, None] - kept).transpose(2, 0, 1)).min(axis=1).max() < 0.1

@@ -7,6 +7,9 @@ import pytest
 
 from drake_starnav.moving.avoidance import (
     CONTACT_COST,
+    DRIVE_IN_DIRECTION,
+    FOLLOW_PATH,
+    KEEP_VELOCITY,
     MANOEUVRE,
     STEP,
     WALL_COST,
@@ -18,6 +21,7 @@ from drake_starnav.moving.avoidance import (
     compute_times_along,
     continue_rollout,
     make_initial_rollout,
+    measure_clearance,
     predict_discs,
 )
 from drake_starnav.moving.certificate import MOVING_MARGIN
@@ -46,9 +50,10 @@ def scene(*places: tuple[float, float], limits: Limits = LIMITS) -> Scene:
     world = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-4.0, -4.0, 4.0, 4.0))
     regions = unite_regions([make_scan_region(cast(world), np.zeros(3), 0.25, MARGINS)])
     position = np.array(places, float).reshape(-1, 2)
+    still = np.zeros_like(position)
     radius = np.full(len(places), DISC_RADIUS)
     trajectory = np.repeat(position[:, None], 60, 1)
-    movers = Movers(radius, trajectory, NO_HITS, age=0.0, spacing=SPACING, caution=0.5, max_speed=0.0)
+    movers = Movers(position, still, radius, trajectory, NO_HITS, 0.0, SPACING, caution=0.5, max_speed=0.0)
     star, times_left = CertifiedStar.none().union, compute_times_along(LINE, limits)
     return Scene(LINE, times_left, regions, star, NO_HITS, movers, limits, RADIUS, slowdown=1.2)
 
@@ -59,28 +64,30 @@ def begin(v: float = 0.0, limits: Limits = LIMITS) -> np.ndarray:
 
 
 def follow(speed: float = 0.8) -> np.ndarray:
-    return np.array([(speed, 0.0, True)], MANOEUVRE)
+    return np.array([(FOLLOW_PATH, speed, 0.0, 0.0, 0.0, 0.0)], MANOEUVRE)
+
+
+def keep(ahead: float, aside: float = 0.0, turning: float = 0.0) -> np.ndarray:
+    return np.array([(KEEP_VELOCITY, 0.0, 0.0, ahead, aside, turning)], MANOEUVRE)
 
 
 def head(heading: float, speed: float = 0.8) -> np.ndarray:
-    return np.array([(speed, heading, False)], MANOEUVRE)
+    return np.array([(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0)], MANOEUVRE)
 
 
 def driven(start: np.ndarray, manoeuvre: np.ndarray, steps: int, among: Scene) -> np.void:
     rollouts = start.copy()
-    continue_rollout(start[0], manoeuvre, predict_discs(among, 0.0, steps), among, rollouts)
+    continue_rollout(start[0], manoeuvre, predict_discs(among, 0.0, steps), among, np.inf, rollouts)
     return rollouts[0]
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
-    start, among = begin(0.3, limits)[0], scene(limits=limits)
-    assert (
-        choose_velocity(follow(0.0)[0], start, among) == choose_velocity(head(1.0, 0.0)[0], start, among) == (0, 0, 0)
-    )
-    assert choose_velocity(follow()[0], start, among) == pytest.approx((0.8, 0.0, 0.0))
-    assert choose_velocity(head(math.pi)[0], start, among) == pytest.approx((-0.8, 0.0, 0.0))
-    left = choose_velocity(head(0.5 * math.pi)[0], start, among)
+    wants = begin(0.0, limits)[0], scene(limits=limits)
+    assert choose_velocity(keep(0.3, 0.1, -0.5)[0], *wants) == (0.3, 0.1, -0.5)
+    assert choose_velocity(follow()[0], *wants) == pytest.approx((0.8, 0.0, 0.0))
+    assert choose_velocity(head(math.pi, -0.8)[0], *wants) == pytest.approx((-0.8, 0.0, 0.0))
+    left = choose_velocity(head(0.5 * math.pi)[0], *wants)
     if limits.holonomic:
         assert left[:2] == pytest.approx((0.0, 0.8))
     else:
@@ -90,10 +97,21 @@ def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 def test_driving_in_a_direction_leads_there_forwards_and_backwards(limits: Limits) -> None:
     steps = 50 if limits.steers else 30
-    for heading in np.arange(-3.0, 3.1, 0.5):
-        row = driven(begin(0.0, limits), head(heading), steps, scene(limits=limits))
-        course = row["yaw"] + math.atan2(row["aside"], row["ahead"])
-        assert math.hypot(row["ahead"], row["aside"]) > 0.5 and math.cos(heading - course) > 0.75
+    for speed in (0.8, -0.8):
+        for heading in np.arange(-3.0, 3.1, 0.5):
+            row = driven(begin(0.0, limits), head(heading, speed), steps, scene(limits=limits))
+            course = row["yaw"] + math.atan2(row["aside"], row["ahead"])
+            assert math.hypot(row["ahead"], row["aside"]) > 0.5 and math.cos(heading - course) > 0.75
+
+
+def test_the_clearance_is_that_of_the_nearest_hit_up_to_the_zone_near_walls() -> None:
+    rng, among = np.random.default_rng(0), scene()
+    for _ in range(200):
+        (x, y), reach = rng.uniform(-2.0, 2.0, 2), rng.uniform(0.1, 1.0)
+        hits = (x, y) + rng.uniform(-reach, reach, (5, 2))
+        expected = np.clip(np.hypot(*(hits - (x, y)).T).min() - RADIUS, 0.0, WALL_ZONE * RADIUS)
+        assert measure_clearance(x, y, among._replace(hits=hits)) == pytest.approx(expected)
+    assert measure_clearance(0.0, 0.0, among) == pytest.approx(WALL_ZONE * RADIUS)
 
 
 def test_the_clearance_of_a_base_that_drives_sideways_is_that_of_where_it_is() -> None:
@@ -101,7 +119,7 @@ def test_the_clearance_of_a_base_that_drives_sideways_is_that_of_where_it_is() -
     beside = scene(limits=BASES["omnidirectional"])._replace(hits=wall)
     start = make_initial_rollout(np.zeros(3), np.zeros(3), beside)
     for steps in (8, 12, 16):
-        row = driven(start, head(0.5 * math.pi, 0.2), steps, beside)
+        row = driven(start, keep(0.0, 0.2), steps, beside)
         assert row["clearance"] == pytest.approx(min(0.62 - row["y"] - RADIUS, WALL_ZONE * RADIUS), abs=0.002), steps
     assert row["clearance"] < 0.9 * WALL_ZONE * RADIUS
 
@@ -122,7 +140,7 @@ def test_it_brakes_before_a_disc_that_stands_in_its_way(limits: Limits, aside: b
         return
     start = begin(0.0 if aside else 0.4, limits)
     start["aside"] = 0.4 if aside else 0.0
-    way = head(0.5 * math.pi if aside else 0.0, 0.4)
+    way = keep(0.0, 0.4) if aside else keep(0.4)
     place = (0.0, 1.2) if aside else (1.2, 0.0)
     row = driven(start, way, 17, scene(place, limits=limits))  # its step is shorter than the margins
     assert math.hypot(row["x"], row["y"]) < 1.2 - 0.3 - RADIUS
@@ -133,7 +151,7 @@ def test_it_brakes_before_a_disc_that_stands_in_its_way(limits: Limits, aside: b
 def test_a_contact_ends_it_and_costs_more_the_sooner_it_comes() -> None:
     costs = []
     for x in (0.6, 0.9):
-        row = driven(begin(0.8), head(0.0), 30, scene((x, 0.0)))
+        row = driven(begin(0.8), keep(0.8), 30, scene((x, 0.0)))
         assert row["is_over"]
         costs.append(row["comfort_cost"])
     assert costs[0] > costs[1] > CONTACT_COST
@@ -148,7 +166,7 @@ def test_who_stands_is_at_risk_as_far_as_a_disc_comes_before_it_is_out_of_the_wa
         among = scene((0.0, RADIUS + DISC_RADIUS + gap), limits=limits)
         moves = among.movers.trajectory + PREDICTION_STEP * np.arange(60)[None, :, None] * np.array(velocity)
         among = among._replace(movers=among.movers._replace(trajectory=moves))
-        return float(driven(begin(0.0, limits), follow(0.0), 1, among)["risk"])
+        return float(driven(begin(0.0, limits), keep(0.0), 1, among)["risk"])
 
     reach = speed * compute_time_to_escape(RADIUS + DISC_RADIUS, limits)
     gaps = np.array((0.1, 0.3, 0.6, 0.9)) * reach
@@ -163,3 +181,15 @@ def test_who_turns_slowly_or_drives_off_slowly_needs_longer_to_escape() -> None:
     slow = [LIMITS._replace(max_yaw_rate=0.5), LIMITS._replace(max_acceleration=0.3, max_deceleration=0.3)]
     assert times[0] == pytest.approx((0.5 + 0.32) / 0.8)
     assert times[0] < times[1] < min(compute_time_to_escape(0.5, limits) for limits in slow)
+
+
+@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
+def test_manoeuvres_that_begin_alike_are_driven_as_if_each_were_alone(limits: Limits) -> None:
+    headings = [head(float(heading), speed) for heading in range(-3, 4) for speed in (0.8, -0.8)]
+    manoeuvres = [follow(), keep(0.8), follow(0.4), keep(0.8), *headings]
+    start, among = begin(0.1, limits), scene((0.9, 0.1), limits=limits)
+    rollouts = np.repeat(start, len(manoeuvres))
+    together = np.concatenate(manoeuvres)
+    continue_rollout(start[0], together, predict_discs(among, 0.0, 30), among, np.inf, rollouts)
+    assert np.array_equal(rollouts, np.array([driven(start, manoeuvre, 30, among) for manoeuvre in manoeuvres]))
+    assert rollouts[1] == rollouts[3] and len({float(row["cost"]) for row in rollouts}) > len(manoeuvres) // 2

@@ -1,4 +1,4 @@
-"""Times of legs, turns and whole paths against plain computations; and the nearest hit."""
+"""Times of legs, turns and whole paths against plain computations."""
 
 import math
 
@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.moving.avoidance import measure_nearest_hit
 from drake_starnav.moving.driving_times import (
     compute_heading_loss,
     compute_time_to_go,
@@ -33,15 +32,6 @@ def to_go(
 
 
 LINE = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0, 1.0)))
-
-
-@given(seeds)
-def test_the_nearest_hit_is_the_same_wherever_robot_and_hits_are(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    x, y = rng.uniform(-2.0, 2.0, 2)
-    hits = (x, y) + rng.uniform(-1.0, 1.0, (5, 2))
-    assert measure_nearest_hit(x, y, hits) == pytest.approx(np.hypot(*(hits - (x, y)).T).min())
-    assert measure_nearest_hit(x, y, hits[:0]) == np.inf
 
 
 def test_the_next_way_point_is_in_sight_beyond_the_backward_extension_of_its_leg() -> None:
