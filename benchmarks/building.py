@@ -133,7 +133,7 @@ class Pipeline:
 def digest(before: str, state: PlannerState) -> str:
     """A hash of a state and of the hash before it."""
     roadmap = state.roadmap
-    arrays = (state.route.path, state.route.beyond, roadmap.union.values, roadmap.edges, roadmap.closures.failed)
+    arrays = (state.route.path, state.route.beyond, roadmap.union.values, roadmap.edges, roadmap.closures.failed_places)
     return hashlib.sha256(
         b"".join((before.encode(), state.status.value.encode(), *map(np.ndarray.tobytes, arrays)))
     ).hexdigest()

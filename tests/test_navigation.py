@@ -218,7 +218,7 @@ def test_where_the_believed_pose_errs_a_matcher_stands_before_the_planner() -> N
     [
         ("dwa", ["station", "goal", "controller", "shield"]),
         ("foa_roadmap", ["station", "goal", "perception", "planner", "controller", "shield"]),
-        ("dsm", ["station", "goal", "controller", "shield", "world"]),
+        ("dsm", ["station", "goal", "controller", "shield", "known_world"]),
     ],
 )
 def test_a_baseline_takes_the_place_of_the_star_controller(method: str, names: list[str]) -> None:

@@ -1,1 +1,1 @@
-"""Controllers to compare with: each is one pure function of the robot's state and its surroundings, and a planner."""
+"""What to compare with: controllers, each a pure function of the robot's state and its surroundings, and a planner."""

@@ -12,7 +12,6 @@ from drake_starnav.baselines.dwa import DwaBaseline
 from drake_starnav.baselines.foa import FoaBaseline
 from drake_starnav.baselines.known_obstacles import KnownObstacles, find_known_obstacles
 from drake_starnav.control import Proposal
-from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import check_plain_robot
@@ -43,8 +42,9 @@ class BaselineController(Controller):
         goal: vector (x, y) in W, m.
         short_term_goal: vector (x, y) in W, m, to head for instead; only of a method that follows the roadmap.
         scan: abstract, `LaserScan` in the sensor frame S; DSM does not read it.
-        scan_pose: vector (x, y, yaw) of S in W at the time of the scan, m and rad; DSM does not read it.
-        world: abstract, `World`; only of DSM, which knows all obstacles. UnsupportedError: they are no circles.
+        scan_pose: vector (x, y, yaw) of the robot, on whose axis the lidar is, in W at the time of the scan, m and rad;
+            DSM does not read it.
+        world: abstract, `World`; only of DSM, which knows all obstacles, as circles.
         state: vector (x, y, yaw, v, omega) of the robot in the world frame W; its pose is used.
         twist_command: vector (v, omega) that is commanded now, m/s and rad/s.
         desired_twist: vector (v, omega), m/s and rad/s.
@@ -55,6 +55,7 @@ class BaselineController(Controller):
         """Drive a robot by a method with its parameters; a stopwatch, if given, notes `command` times."""
         super().__init__(stopwatch)
         self._robot, self._baseline = robot, baseline
+        self.needs_lidar_on_axis = not baseline.knows_obstacles
         self._goal = self.DeclareVectorInputPort("goal", 2)
         self._target = self.DeclareVectorInputPort("short_term_goal", 2) if baseline.follows_roadmap else self._goal
         if baseline.knows_obstacles:
@@ -120,12 +121,7 @@ def make_parts(scenario: Any, baseline: Baseline) -> dict[str, Any]:
     """Return what drives in the place of our parts, by the fields of `Parts`. Nothing is certified.
 
     Raises:
-        StarnavError: the scenario's robot is no differential drive, a goal has a heading, or a lidar is not the only
-            one, on the axis.
+        StarnavError: the scenario's robot is no differential drive, or a goal has a heading.
     """
     check_plain_robot(scenario)
-    lidar, count = scenario.lidar, len(scenario.all_lidars)
-    if count > 1 or lidar.frame != type(lidar).frame:
-        lidars_text = f"{count} lidars" if count > 1 else f"a lidar at {lidar.frame}"
-        raise StarnavError(f"method {scenario.method} with {lidars_text}; allowed: one at {type(lidar).frame}, or star")
     return {"controller": BaselineController(scenario.robot, baseline), "certified": False}

@@ -84,7 +84,7 @@ def _choose_best_twist(twist, goal, points, limits, radius):
 
     # No twist of this window goes farther before it stops, or cares for clearance beyond its limit.
     longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / braking, omega_max / alpha_max)))
-    own_hits = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
+    near_hits = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
 
     best, best_v, best_omega = -math.inf, 0.0, 0.0
     for i in range(SAMPLES[0]):
@@ -94,7 +94,7 @@ def _choose_best_twist(twist, goal, points, limits, radius):
             braking_time = PERIOD + 0.5 * max(v / braking, abs(omega) / alpha_max)
             clearance = math.inf  # a disc that turns on the spot covers no new ground
             if v > 0.0:
-                clearance = _compute_arc_clearance(own_hits, omega / v, radius, v * braking_time)
+                clearance = _compute_arc_clearance(near_hits, omega / v, radius, v * braking_time)
                 if v * braking_time > clearance:
                     continue
             turn, length = omega * braking_time, v * braking_time  # of the arc, from the origin along x

@@ -35,8 +35,8 @@ class KnownObstacles:
         return KnownObstacles(np.zeros((0, 3)), np.zeros((0, 2)))
 
 
-def find_known_obstacles(world: World, robot_radius: float) -> KnownObstacles:
-    """Return the obstacles of a world as circles, inflated by the robot's radius, m.
+def find_known_obstacles(world: World, inflation: float) -> KnownObstacles:
+    """Return the obstacles of a world as circles, for a robot that keeps `inflation` from them, m.
 
     Raises:
         UnsupportedError: the world has others than cylinders and spheres that stand still.
@@ -49,18 +49,18 @@ def find_known_obstacles(world: World, robot_radius: float) -> KnownObstacles:
             f"a method that knows its obstacles as circles in world {world.name}, which has {what}; "
             "allowed: a world of cylinders and spheres"
         )
-    return make_known_obstacles(world.discs, world.bounds, robot_radius)
+    return make_known_obstacles(world.discs, world.bounds, inflation)
 
 
 def make_known_obstacles(
-    discs: np.ndarray, bounds: tuple[float, float, float, float] | None, robot_radius: float
+    discs: np.ndarray, bounds: tuple[float, float, float, float] | None, inflation: float
 ) -> KnownObstacles:
     """Discs (n, 3), x, y, radius, and the walls at the bounds as circles with common reference points; W, m.
 
-    The bounds are (x_min, y_min, x_max, y_max), None for an open plane; circles are inflated by the robot's radius.
+    The bounds are (x_min, y_min, x_max, y_max), None for an open plane; circles are inflated, m.
     """
     circles = np.vstack((discs, _make_walls(bounds)))
-    disc_count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + robot_radius
+    disc_count, centres, radii = len(discs), circles[:, :2], circles[:, 2] + inflation
     offset = centres[None, :, :] - centres[:disc_count, None, :]
     distance = np.hypot(offset[..., 0], offset[..., 1])
     do_overlap = (distance < radii[:disc_count, None] + radii) & (distance > 0.0)

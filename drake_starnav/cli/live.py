@@ -165,7 +165,8 @@ class LiveRun:
         return not self.outcome
 
     def run(self, quiet: bool = False) -> None:
-        """Follow the buttons until the run ends, or until it is interrupted from the keyboard; tell how far it is."""
+        """Follow the buttons until the run ends, or until it is interrupted from the keyboard; tell how far it has
+        come, unless it is to be quiet."""
         printed_text = ""
         try:
             while self.step():

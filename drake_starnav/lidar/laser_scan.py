@@ -60,7 +60,7 @@ class Beams(NamedTuple):
     moving obstacle (DYNAMIC)                x                         x
     no return (+inf)                                        x
     no measurement (NaN)                            x
-    the same, before a moving obstacle       x      x                  x
+    no measurement, DYNAMIC                  x      x                  x
     ```
     """
 

@@ -338,7 +338,8 @@ def _estimate_deviation(step: Place, jump: float, error: OdometryError) -> np.nd
 
 
 class _Match(NamedTuple):
-    """How a scan fits a keyframe: its pose in M then, the share of its hits that do, and the keyframe's index."""
+    """How a scan fits a keyframe: the scan's pose in M by that fit, the share of its hits that do, and the keyframe's
+    index."""
 
     pose: np.ndarray
     share: float

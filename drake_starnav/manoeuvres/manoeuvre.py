@@ -80,7 +80,7 @@ def step_manoeuvre(
     """Return the manoeuvre after a scan, without the poses that the robot has reached; a new one if it is stuck.
 
     Args:
-        previous_state: those after the scan before.
+        previous_state: the manoeuvre after the previous scan.
         path: shape (k, 2), way points ahead, W, m; none: the robot may stand.
         pose: (x, y, yaw) of the robot, W.
         time: of the scan, s.
@@ -90,7 +90,7 @@ def step_manoeuvre(
     state, radius = previous_state._replace(has_given_up=False), context.footprint.radius
     if previous_state.has_given_up:
         state = state._replace(attempts=EMPTY_PATH)
-    state = update_winding(state, path, pose, radius)
+    state = update_turned_angle(state, path, pose, radius)
     if not len(path) or has_moved(previous_state, pose, radius):
         state = state._replace(pose=pose.copy(), standing_since=time)
     if len(state.poses):
@@ -183,14 +183,14 @@ def find_stuck_time(context: ManoeuvreContext) -> float:
 
 
 def has_moved(previous_state: ManoeuvreState, pose: np.ndarray, outer_radius: float) -> bool:
-    """Return whether a robot of a radius has moved or turned since it last did, to be at a pose."""
+    """Return whether a robot at a pose has moved by more than MOVED outer radii, or turned, since the state's pose."""
     x, y, yaw = previous_state.pose.tolist()
     if not math.dist(pose[:2], (x, y)) < MOVED * outer_radius:
         return True
     return abs(math.remainder(pose[2] - yaw, 2.0 * math.pi)) > TURNED
 
 
-def update_winding(
+def update_turned_angle(
     previous_state: ManoeuvreState, path: np.ndarray, pose: np.ndarray, outer_radius: float
 ) -> ManoeuvreState:
     """Return the state with the least that was left of the path (k, 2), and how far the robot has turned since."""

@@ -109,7 +109,7 @@ def search_poses(
         motion_primitives: of the base, see `Base.motion_primitives`.
         footprint: of the robot.
         margin: that it keeps from the surfaces, m; where it starts nearer, it comes no nearer.
-        seen: chords of the last scan, and earlier views. Only the first move keeps out of what these have not seen:
+        seen: chords of the last scan, and past views. Only the first move keeps out of what these have not seen:
             the robot will have seen what later moves need.
     """
     space = _make_space(start, footprint, margin, *seen)

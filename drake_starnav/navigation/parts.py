@@ -46,7 +46,8 @@ class Parts:
             a `Propose`.
         shield: instead of a `TwistShield`, e.g. an `Unshielded`, for which no guarantee holds.
         certificates: each of which must accept what is driven, too; for the scenario's shield.
-        certified: False: the shield only keeps the robot's limits, and what moves is not tracked.
+        certified: False: the shield only keeps the robot's limits, what moves is not tracked, and a controller of your
+            own that reads nothing of perception and planner drives without them.
     """
 
     world: World | None = None
@@ -83,7 +84,7 @@ class Parts:
         check_kind(made_parts, Parts, f"what method {scenario.method} returns", "or a controller")
         given_parts = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         given_parts = {name: part for name, part in given_parts.items() if part not in (None, (), True)}
-        for name in given_parts:
+        for name in given_parts.keys() - {"certified"}:
             if getattr(made_parts, name) not in (None, (), True):
                 raise StarnavError(
                     f"method {scenario.method} has a {name}, and you have one of your own; allowed: one of them"
@@ -111,8 +112,8 @@ class Navigation:
         world: driven through.
         station: robot and sensor.
         goal: its output `goal`, or only one, is the goal.
-        perception: None for a baseline that heads for the goal itself.
-        planner: None for such a baseline.
+        perception: None for a lone controller, not certified, that reads nothing of it.
+        planner: None for such a controller.
         controller: proposes the twist.
         tracker: if the scenario declares obstacles that move.
         matcher: if it declares that the believed pose errs.

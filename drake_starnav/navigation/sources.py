@@ -12,7 +12,7 @@ from drake_starnav.systems.state_predictor import StatePredictor
 def find_control_sources(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> dict[str, OutputPort]:
     """What our controller and the shield may read, by the name of the input port, in the odometry's frame.
 
-    The state is the one in which a command finds the robot.
+    Without perception it is the state alone. The state is the one in which a command finds the robot.
     """
     assert navigation.twist_command is not None
     scenario, rate = config.scenario, config.scenario.controller.rate

@@ -125,9 +125,9 @@ def check_and_derive_margins(
     margins = derive_margins(scenario, mounts)
     _check_mounts(scenario, margins, mounts)
     _check_base(scenario)
-    _check_tolerance(scenario)
     if not certified:
         return margins
+    _check_tolerance(scenario)
     reach, backwards = scenario.robot.radius + margins.preferred, scenario.obstacles.max_speed > 0.0
     blank = [LaserScan(0.0, ranges=np.full(lidar.beams, np.inf), **lidar.scan_fields) for lidar in lidars]
     for lidar, mount in zip(lidars, mounts, strict=True):
@@ -190,7 +190,8 @@ def _check_tolerance(scenario: Scenario) -> None:
 
 
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:
-    """Raise a `StarnavError` for more lidars than views can be told apart, or where scans are averaged than one."""
+    """Raise a `StarnavError` for more lidars than can be told apart, or, where scans are averaged, any but one on the
+    axis."""
     if len(mounts) > MOST_LIDARS:
         raise StarnavError(f"{len(mounts)} lidars; allowed: at most {MOST_LIDARS}")
     lone = len(mounts) == 1 and mounts[0].offset == 0.0
@@ -200,6 +201,14 @@ def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount])
             f"{_describe_mounts(mounts)}; allowed: "
             "one on the axis, whose scans are averaged, or less than "
             f"{AVERAGED_NOISE * scenario.robot.shape.cover_radius:g} m"
+        )
+
+
+def check_lidar_on_axis(scenario: Scenario, mounts: Sequence[Mount]) -> None:
+    """Raise a `StarnavError` for a method that reads one lidar on the axis, with another one."""
+    if tuple(mounts) != (ON_AXIS,):
+        raise StarnavError(
+            f"method {scenario.method} with {_describe_mounts(mounts)}; allowed: one on the axis, unturned, or star"
         )
 
 
@@ -252,7 +261,8 @@ def _check_steering(car: RobotParameters) -> None:
 
 
 def _check_range(scenario: Scenario, lidar: LidarParameters, needed_range: float) -> None:
-    """Raise a `StarnavError` if the lidar sees no farther than `needed_range`, m: too late to stand."""
+    """Raise a `StarnavError` if, among obstacles that move, the lidar sees less far than `needed_range`, m: too late to
+    stand."""
     range_max, speed = lidar.range_max, scenario.obstacles.max_speed
     if speed > 0.0 and range_max < needed_range:
         raise StarnavError(

@@ -18,6 +18,7 @@ from drake_starnav.navigation.sources import find_control_sources
 from drake_starnav.navigation.validation import (
     check_and_derive_margins,
     check_interface,
+    check_lidar_on_axis,
     check_own_plant,
     check_start,
     check_time_step,
@@ -45,7 +46,7 @@ from drake_starnav.worlds.world import World
 
 SYSTEMS = (
     "goal", "perception", "planner", "tracker", "matcher", "controller", "shield", "jump_guard", "predictor",
-    "world",
+    "known_world",
 )  # fmt: skip
 """Names that `add_navigation` gives, beside the station's."""
 
@@ -103,8 +104,10 @@ def add_navigation(
     shield = parts.shield or _make_shield(config, parts)
     own_controller = _make_own_system(parts.controller)
     controller = add_system(builder, "controller", own_controller or _make_controller(config), "controller")
-    if isinstance(controller, Controller) and stopwatch is not None:
-        controller.stopwatch = stopwatch
+    if isinstance(controller, Controller):
+        if controller.needs_lidar_on_axis:
+            check_lidar_on_axis(scenario, station.mounts)
+        controller.stopwatch = controller.stopwatch or stopwatch
     shield = add_system(builder, "shield", shield, "shield")
     navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
     _connect_control(builder, config, parts, navigation)
@@ -290,7 +293,7 @@ def _find_own_sources(builder: DiagramBuilder, navigation: Navigation) -> dict[s
     assert navigation.controller is not None and navigation.twist_command is not None
     sources = navigation.signals | {"twist_command": navigation.twist_command}
     if navigation.controller.HasInputPort("world"):
-        source = builder.AddNamedSystem("world", ConstantValueSource(Value(navigation.world)))
+        source = builder.AddNamedSystem("known_world", ConstantValueSource(Value(navigation.world)))
         sources["world"] = source.get_output_port()
     return sources
 

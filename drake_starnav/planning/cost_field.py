@@ -98,9 +98,11 @@ def compute_cost_to_go(
     cell, origin = grid.resolution * STRIDE, (first_cell + 0.5 * (STRIDE - 1)) * grid.resolution
     radius = params.cover_radius
     blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
-    swept = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
+    wide_distance = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
     half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
-    limits = _ClearanceLimits(blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, swept)
+    limits = _ClearanceLimits(
+        blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, wide_distance
+    )
     weight = _weigh_cells(grid.arrays, first_cell, cell_counts, limits, NEAR_WALL_COST)
     if grid.coverage.whole.size:
         _raise_unknown(weight, grid.coverage, first_cell // STRIDE, round(10.0 * UNKNOWN_COST))
@@ -129,7 +131,7 @@ def _weigh_cells(grid, first_cell, cell_counts, limits, near_wall_cost):
         grid: `Grid.arrays`. Where it has no tile, cells are wide.
         first_cell, cell_counts: as of `Grid.box`.
         limits: `_ClearanceLimits`.
-        near_wall_cost: as the constant of that name.
+        near_wall_cost: the constant; compiled code would keep its value.
     """
     tiles, rows, first_tile = grid.tiles, grid.rows, grid.first
     weight = np.zeros((cell_counts[0] + 2, cell_counts[1] + 2), np.uint8)

@@ -46,10 +46,8 @@ def find_region_frontiers(roadmap: StarRoadmap, cover_radius: float, owner: int)
     first_closed = int(np.argmin(is_open))  # no run goes on from the last point to the first
     boundary, probes, is_open = (np.roll(each, -first_closed, axis=0) for each in (boundary, probes, is_open))
     run_ends = np.flatnonzero(np.diff(np.concatenate(([0], is_open.astype(np.int8), [0])))).reshape(-1, 2)
-    first_closed, last = measure_arc_lengths(boundary)[run_ends - (0, 1)].T
-    return [
-        Frontier(boundary[a:b], probes[a:b]) for a, b in run_ends[last - first_closed >= LEAST * cover_radius].tolist()
-    ]
+    begin, end = measure_arc_lengths(boundary)[run_ends - (0, 1)].T
+    return [Frontier(boundary[a:b], probes[a:b]) for a, b in run_ends[end - begin >= LEAST * cover_radius].tolist()]
 
 
 def find_frontiers(roadmap: StarRoadmap, cover_radius: float) -> list[Frontier]:

@@ -117,12 +117,12 @@ class Grid:
     coverage: Coverage = field(default=Coverage(), compare=False)
 
     @staticmethod
-    def empty(resolution: float, cover_radius: float) -> "Grid":
-        """Return a grid without hits; cell size and the robot's radius in m."""
+    def empty(resolution: float, radius: float) -> "Grid":
+        """Return a grid without hits; cell size and a radius of the robot, up to which distances matter, m."""
         first, rows = np.zeros(2, np.int64), np.full((0, 0), -1, np.int32)
         return Grid(
             resolution,
-            cover_radius + KEPT_BEYOND * cover_radius,
+            radius + KEPT_BEYOND * radius,
             first,
             rows,
             0,

@@ -33,7 +33,8 @@ def bridge_observed_hits(observation: Observation, margins: Margins, cover_radiu
 
 @kernel
 def bridge_hits(beams, distance, frame, diameter):
-    """As `bridge_observed_hits`, of distances along some `Beams` from a frame (x, y, cosine and sine of its yaw)."""
+    """As `bridge_observed_hits`, of distances along some `Beams` of a lidar with the frame (x, y, cosine and sine of
+    its yaw)."""
     (x, y, cosine, sine), spacing = frame, BRIDGE_SPACING * diameter
     mappable, wrap = beams.kinds & MAPPABLE != 0, beams.seam < np.inf
     points = place_ends(beams.directions, distance, mappable, x, y, cosine, sine)

@@ -14,7 +14,7 @@ LOOKS_AFTER = 0.5
 """Time without progress after which the robot turns to unseen space, s."""
 STILL_TURNS = 1.0
 """The same while it still turns to a free heading, s."""
-UNKNOWN_WITHIN = 2.0
+UNSEEN_WITHIN = 2.0
 """Unseen space matters within this distance, in radii of the disc that the robot covers when it turns."""
 BEGINS_WITHIN = 0.1
 """No farther from where it began, in its radii, the robot has not left."""
@@ -64,7 +64,7 @@ def look_beside_path(state: PlannerState, progress: Progress, inputs: PlannerInp
         return start_turn(progress._replace(standing_since=inputs.time), path_bearing, inputs)
     scan, robot_turns = inputs.observation.scan, is_turning(state)
     from_path = np.abs(measure_bearings_from_path(path_bearing, inputs))
-    is_near = scan.lost & (scan.distances < UNKNOWN_WITHIN * inputs.outer_radius)
+    is_near = scan.lost & (scan.distances < UNSEEN_WITHIN * inputs.outer_radius)
     unseen = np.flatnonzero(is_near & (from_path <= 0.5 * math.pi))
     patience = STILL_TURNS if robot_turns and not math.isfinite(state.progress.looking_heading) else LOOKS_AFTER
     waits = inputs.time - progress.standing_since > patience and len(unseen) > 0

@@ -38,7 +38,7 @@ RUN_BEAMS = 3.0
 
 
 def find_mappable_hits(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
-    """Return static hits of an observation: points, shape (k, 2), W, and their half gaps, shape (k,), m."""
+    """Return static hits of an observation: points, shape (k, 2), W, and their half chords, shape (k,), m."""
     scan, hit = observation.scan, observation.scan.mappable_hits
     return scan.points_at(scan.distances, hit, observation.pose), measure_half_chords(scan.distances, scan.beams)[hit]
 
@@ -214,8 +214,8 @@ def _find_contradicted_regions(union, points, reach, sizes, gap):
                         farthest_range = values[k, m % samples] + jump
                         if farthest_range > distance - disc:
                             off_angle = step * (m - nearest)
-                            chord_length = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
+                            half_chord = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
                             is_contradicted[k] = (
-                                is_contradicted[k] or farthest_range > distance * math.cos(off_angle) - chord_length
+                                is_contradicted[k] or farthest_range > distance * math.cos(off_angle) - half_chord
                             )
     return np.flatnonzero(is_contradicted)

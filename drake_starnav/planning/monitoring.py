@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.lidar.laser_scan import Beams
-from drake_starnav.planning.grid import measure_distance_at
+from drake_starnav.planning.grid import GridArrays, measure_distance_at
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridge_hits
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
@@ -66,7 +66,7 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     since_plan = distance_to(inputs.position, route.start)
     plan = route.path, EMPTY_PATH if route.exit is None else route.exit[1:], route.beyond
     view = tuple(scan.beams), (x, y, math.cos(yaw), math.sin(yaw)), inputs.margins.smoothing_slack
-    known = tuple(roadmap.union), tuple(region.as_union), state.is_retrying, roadmap.grid.arrays
+    known = tuple(roadmap.union), tuple(region.as_union), state.is_retrying, tuple(roadmap.grid.arrays)
     place = inputs.position.tolist()  # plain tuples are handed over six times as fast
     return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.cover_radius))
 
@@ -94,8 +94,8 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 @kernel
 def _check(x, y, driven, plan, known, view, cover_radius):
     """Return the fields of a `PlanCheck`, as for `check_plan`; `driven` since the last node and since the plan, m."""
-    (path, probe, beyond), (union, region, retrying, hits) = plan, known
-    union, region = RegionUnion(*union), RegionUnion(*region)
+    (path, probe, beyond), (union, region, is_retrying, grid) = plan, known
+    union, region, grid = RegionUnion(*union), RegionUnion(*region), GridArrays(*grid)
     tolerance = OUTSIDE_TOLERANCE * cover_radius
     sees_probe = (
         driven[0] > PROBE_SEEN_AFTER * cover_radius
@@ -105,26 +105,26 @@ def _check(x, y, driven, plan, known, view, cover_radius):
     is_outside = driven[0] > tolerance and find_covering_region(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, is_outside, False, 0, False, False
-    passed_count = count_passed_points(x, y, path, region if retrying else union, cover_radius)
+    passed_count = count_passed_points(x, y, path, region if is_retrying else union, cover_radius)
     has_strayed = (
         find_covering_region(union, x, y, 0.0) >= 0
         and find_first_departure(union, (x, y), (path[passed_count, 0], path[passed_count, 1]), 0.0, cover_radius) > 0.0
     )
-    is_uncertain = _is_uncertain(path, x, y, hits, cover_radius) or _is_uncertain(beyond, x, y, hits, cover_radius)
+    is_uncertain = _is_uncertain(path, x, y, grid, cover_radius) or _is_uncertain(beyond, x, y, grid, cover_radius)
     is_blocked = False
     if driven[1] > REPLAN_DISTANCE * cover_radius and len(beyond) > 1:  # there is something beyond the probe
-        beams, place, slack = Beams(*view[0]), view[1], view[2]
+        beams, frame, slack = Beams(*view[0]), view[1], view[2]
         distance = average_neighbours(beams, np.int64(SMOOTHING_BEAMS), slack)
-        is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, place, 2.0 * cover_radius), cover_radius)
+        is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, frame, 2.0 * cover_radius), cover_radius)
     return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_uncertain
 
 
 @kernel
-def _is_uncertain(way, x, y, hits, cover_radius):
+def _is_uncertain(way, x, y, grid, cover_radius):
     """Return whether hits seem to close a way (k, 2) within UNCERTAIN_WITHIN of (x, y)."""
     for i in range(len(way)):
         is_near = math.hypot(way[i, 0] - x, way[i, 1] - y) < UNCERTAIN_WITHIN * cover_radius
-        if is_near and measure_distance_at(hits, way[i, 0], way[i, 1]) < cover_radius:
+        if is_near and measure_distance_at(grid, way[i, 0], way[i, 1]) < cover_radius:
             return True
     return False
 

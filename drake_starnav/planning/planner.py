@@ -104,13 +104,13 @@ def track_progress(state: PlannerState, inputs: PlannerInput) -> tuple[PlannerSt
     A robot may stand at its goal, without scans, and where it may be giving way. During a manoeuvre its time does not
     run: `step_manoeuvre` has a patience of its own, and reports `has_given_up`.
     """
-    progress, gives_up = state.progress, state.manoeuvre.has_given_up
+    progress, has_given_up = state.progress, state.manoeuvre.has_given_up
     has_moved = not distance_to(inputs.position, progress.position) <= find_progress_distance(inputs)
     manoeuvres = len(state.manoeuvre.poses) > 0
-    if may_stand(state, inputs) or ((has_moved or manoeuvres) and not gives_up):
+    if may_stand(state, inputs) or ((has_moved or manoeuvres) and not has_given_up):
         progress = progress._replace(position=inputs.position.copy(), time=inputs.time)
         return replace_fields(state, progress=progress), False
-    if gives_up or inputs.time - progress.time > inputs.parameters.progress_timeout:
+    if has_given_up or inputs.time - progress.time > inputs.parameters.progress_timeout:
         return replace_fields(state, progress=progress._replace(time=inputs.time)), True
     return state, False
 

@@ -18,9 +18,10 @@ from drake_starnav.surroundings.star_region import StarRegion
 LENGTH_OUTSIDE = 0.8
 """The optimistic path leaves the regions where it stays outside for this length, in radii of the robot."""
 LARGEST_EXIT_SHIFT = 1.2
-"""The exit is moved from where the path crosses its gap by at most this, in radii, towards the gap's middle."""
+"""The exit is moved from where the path crosses its frontier by at most this, in radii, towards the frontier's
+middle."""
 CROSSING_DISTANCE = 1.2
-"""The path crosses a gap that is no farther from it, in radii."""
+"""The path crosses a frontier that is no farther from it, in radii."""
 UNCERTAIN_MARGINS = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
 SEARCH_BORDER = 2.0
@@ -85,10 +86,11 @@ def find_frontier_point(
     if not frontiers or min(nearest) > CROSSING_DISTANCE * cover_radius:
         return None
     k = nearest.index(min(nearest))
-    line, probe, arc_lengths = frontiers[k].boundary, frontiers[k].probes, measure_arc_lengths(frontiers[k].boundary)
+    boundary, probes = frontiers[k].boundary, frontiers[k].probes
+    arc_lengths = measure_arc_lengths(boundary)
     at = arc_lengths[frontier_distances[k].argmin()]
     at += np.clip(0.5 * arc_lengths[-1] - at, -LARGEST_EXIT_SHIFT * cover_radius, LARGEST_EXIT_SHIFT * cover_radius)
-    on, out = (np.array([np.interp(at, arc_lengths, side) for side in points.T]) for points in (line, probe))
+    on, out = (np.array([np.interp(at, arc_lengths, side) for side in points.T]) for points in (boundary, probes))
     return 2.0 * on - out
 
 

@@ -127,8 +127,8 @@ class ManoeuvreState(NamedTuple):
         since: when one of them was last reached, s.
         pose: where the robot last moved to, shape (3,).
         standing_since: since when it has been there, s.
-        least_path_left: least length of its path that was left so far, m.
-        turned_angle: by how much it has turned since then, to the left, rad.
+        least_path_left: the least length of its path that was left so far, m.
+        turned_angle: by how much it has turned since that was left, to the left, rad.
         end: x, y of the path's end, W, m, and the robot's heading at the last scan, rad.
         attempts: shape (n, 2), where the last ones began, or were searched in vain, since the way was last given up,
             W, m.
@@ -243,7 +243,8 @@ class PlannerInput(NamedTuple):
         time: then, s.
         parameters: of the roadmap.
         margins: of its regions.
-        cover_radius: cover radius of the footprint, m.
+        cover_radius: of the robot's footprint: its radius if it is a disc, else that of the narrowest discs that cover
+            it, m.
         goal_tolerance: a robot this near to the goal has reached it, m.
         interval: time since the update before, s.
         manoeuvre_context: what the manoeuvres of a robot need that is no disc.

@@ -45,10 +45,10 @@ def find_last_in_sight(points, x, y, union, radius):
     """Return the index of the last of some points (n, 2) in sight from (x, y) inside a union, or -1, for a robot."""
     if find_covering_region(union, x, y, 0.0) < 0:
         return -1
-    gap = 0.0  # where the last line left the union: the next one probably does, too
+    departure = 0.0  # where the last line left the union: the next one probably does, too
     for j in range(len(points) - 1, -1, -1):
-        gap = find_first_departure(union, (x, y), (points[j, 0], points[j, 1]), gap, radius)
-        if gap < 0.0:
+        departure = find_first_departure(union, (x, y), (points[j, 0], points[j, 1]), departure, radius)
+        if departure < 0.0:
             return j
     return -1
 

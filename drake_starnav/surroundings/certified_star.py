@@ -50,7 +50,7 @@ class CertifiedStar:
         values: boundary distance at the samples, shape (M,); between two samples the smaller one counts.
         radius: distance that is kept from the hits: the robot's cover radius with the safety margin.
         field_of_view: first and last bearing, from `bearing_0` on, between which the last scan looked, rad.
-        boundary: the hits that bound it, and where unknown space begins, without half gaps.
+        boundary: the hits that bound it, and where unknown space begins, without half chords.
     """
 
     center: np.ndarray
@@ -122,7 +122,7 @@ def certify_star(
 
 @kernel
 def _certify_star(disc, points, gaps, center, yaw, bearing_0, reach):
-    """Return values of the star, and points and half gaps of its boundary; arguments as of `certify_star`."""
+    """Return values of the star, and points and half chords of its boundary; arguments as of `certify_star`."""
     beams, radius, (x, y) = disc.beams, disc.radius, center
     distances = beams.distances
     if disc.is_merged or not beams.complete:  # space behind lost beams of the last scan is not certified

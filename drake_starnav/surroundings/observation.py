@@ -47,7 +47,7 @@ class Observation:
         return Observation(region, self.scan, self.pose).cut_back_to_hits(self.past_hits, radius)
 
     def cut_back_to_hits(self, past_hits: np.ndarray, radius: float) -> "Observation":
-        """Return the observation with its region cut back to remembered hits (k, 2), W, for a robot's radius, m."""
+        """Return the observation with its region cut back to past hits (k, 2), W, for a robot's radius, m."""
         region = None if self.region is None else clear_region(self.region, past_hits, radius)
         return dataclasses.replace(self, region=region, past_hits=past_hits)
 

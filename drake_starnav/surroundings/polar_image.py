@@ -47,7 +47,8 @@ PARALLEL = 1e-9
 OPEN, FREE = 4, 5
 """Where a ray ends, beside the motions of what it hits (`lidar.laser_scan`): at unknown space, and at full range."""
 MOST_LIDARS = 6
-"""Lidars of a robot: each view of an image has a bit of 63, at most ten views a lidar and one of the initial disc."""
+"""Lidars of a robot at most: each view in an image takes one of 63 bits, and there are up to ten views of each lidar
+and one of the initial disc."""
 PlacedBeams = tuple[Beams, np.ndarray]
 """Beams of a view, and its pose (x, y, yaw) in the robot's frame B."""
 
@@ -245,7 +246,7 @@ def _cross_view(crossings, beams, frame, hit_bits, sight, bit):
 @kernel
 def _cross_edge(crossings, start, end, kind, bit):
     """Add an edge to the rays that cross it. One through an end belongs to the edge that begins there on its left."""
-    distance, view, kinds, count, is_inside = crossings
+    distance, view, kinds, count, start_views = crossings
     (ax, ay, a), (bx, by, b) = start, end
     low_cell, high_cell = (a, b) if a < b else (b, a)
     first_cell, last_cell = int(math.ceil(low_cell)), int(math.ceil(high_cell))
@@ -260,7 +261,7 @@ def _cross_edge(crossings, start, end, kind, bit):
         t, largest_t = min(t, largest_t), max(t, largest_t)
         if abs(across) > PARALLEL * (abs(ex) + abs(ey)):
             t = min(max((ax * ey - ay * ex) / across, 0.0), largest_t)
-        is_inside[k] ^= bit
+        start_views[k] ^= bit
         i = min(count[k], CROSSINGS - 1)
         count[k] += 1
         if count[k] > CROSSINGS and t >= distance[k, i]:
@@ -278,10 +279,10 @@ def _walk_rays(crossings, own_reach, farthest_range, current_views):
     Within `own_reach` (m) it needs no view; `current_views` are bits. A surface in a past view counts where no later
     one sees through it.
     """
-    distance, view, kinds, count, begin = crossings
+    distance, view, kinds, count, start_views = crossings
     free_range, end_kind = np.full(len(count), farthest_range), np.full(len(count), FREE, np.int8)
     for k in range(len(count)):
-        is_inside, reached_range = begin[k], own_reach[k]
+        is_inside, reached_range = start_views[k], own_reach[k]
         for i in range(min(count[k], CROSSINGS)):
             t = distance[k, i]
             if is_inside == 0 and t > own_reach[k]:

@@ -15,7 +15,7 @@ ROUGH = 0.01
 LEAP = 16
 """Samples of a line that are first tried at once."""
 OUTSIDE_SAMPLES = 10
-"""Length of a gap between regions that is looked at, in samples."""
+"""How far beyond a departure a line is followed, in samples."""
 CELL = 0.4
 """Size of a cell of the index, m: numerics, as it only decides how soon an answer is found."""
 WORD = 64

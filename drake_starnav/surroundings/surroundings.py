@@ -141,9 +141,9 @@ class Surroundings:
 def find_past_beams(
     previous_surroundings: Surroundings, views: Sequence[View], robot_pose: np.ndarray, footprint: Footprint
 ) -> list[PlacedBeams] | None:
-    """Return beams of earlier views in the frame of a robot's pose, for what the lidars do not see now.
+    """Return beams of past views in the frame of a robot's pose, for what the lidars do not see now.
 
-    None: they see all around, and no earlier view is needed.
+    None: they see all around, and no past view is needed.
     """
     return None if covers_full_circle(views, footprint) else previous_surroundings.sample_past_beams(robot_pose)
 

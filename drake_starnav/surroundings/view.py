@@ -108,7 +108,7 @@ class View:
 
     @cached_property
     def chords(self) -> Chords:
-        """Surfaces through the near and recent hits, and what else hides space from the lidar."""
+        """Surfaces through its own and further hits, and what else hides space from the lidar."""
         surfaces, occludes = make_surface_chords(self.own_hits, self.further_hits, self.pose, self.beams.cover_radius)
         hiding = make_occluding_chords(self.beams, self.pose)
         is_surface = np.arange(len(surfaces) + len(hiding)) < len(surfaces)
@@ -173,7 +173,7 @@ def smooth_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMO
 
 @kernel
 def make_hits(beams, smoothing, x, y):
-    """Return points and half gaps of `smooth_hits`, of beams that start at (x, y)."""
+    """Return points and half chords of `smooth_hits`, of beams that start at (x, y)."""
     smoothed_ranges, hits = average_neighbours(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
     points = place_ends(beams.directions, np.maximum(smoothed_ranges, NEAREST), hits, x, y, 1.0, 0.0)
     return points, measure_half_chords(smoothed_ranges, beams)[hits]
@@ -188,7 +188,7 @@ def find_near_hits(view: View, farthest_distance: float) -> Hits:
 
 @kernel
 def _find_near_hits(beams, smoothing, place, farthest_distance, position, yaw):
-    """Return points and half gaps of `find_near_hits`, of a lidar at a place in B."""
+    """Return points and half chords of `find_near_hits`, of a lidar at a place in B."""
     points, gaps = make_hits(beams, smoothing, place[0], place[1])
     is_near = np.hypot(points[:, 0], points[:, 1]) < farthest_distance
     cosine, sine = math.cos(yaw), math.sin(yaw)

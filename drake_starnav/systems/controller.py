@@ -19,11 +19,16 @@ class Controller(LeafSystem):
 
     Each is calculated for itself, without a cache entry: the vector is only drawn, and a cache would cost every command
     7 us.
+
+    Attributes:
+        needs_lidar_on_axis: whether it reads the scan of one lidar on the robot's axis, unturned; others are refused.
     """
+
+    needs_lidar_on_axis = False
 
     def __init__(self, stopwatch: Stopwatch | None) -> None:
         super().__init__()
-        self.stopwatch = stopwatch or Stopwatch()
+        self.stopwatch = stopwatch
 
     def _declare_outputs(self, size: int = 2) -> None:
         """Declare the outputs, with `size` components of a twist; call it after inputs and states are declared."""
@@ -40,5 +45,6 @@ class Controller(LeafSystem):
     def _desired_twist(self, context: Context) -> np.ndarray:
         read, begin = self._read(context), perf_counter()
         twist = self._propose(read).twist
-        self.stopwatch.note("command", begin)
+        if self.stopwatch is not None:
+            self.stopwatch.note("command", begin)
         return twist

@@ -52,7 +52,8 @@ class TurningRoom(NamedTuple):
     Attributes:
         radius: of the robot.
         tolerance: of the goal.
-        standing: the same if it stands: it may have no way to the goal but with the heading, m.
+        standing: how far from the goal a robot that stands begins to turn: it may have no way there but with the
+            heading, m.
         turning: largest distance from the goal while it turns, m.
     """
 

@@ -52,8 +52,8 @@ class JumpGuard(LeafSystem):
         """Return the position now, the time, and when the position last jumped, m and s."""
         last_x, last_y, last_time, jump_time = context.get_discrete_state(0).value()
         time = context.get_time()
-        if jump_time > time:  # time was set back: another run begins
-            jump_time = -math.inf
+        if last_time > time:  # time was set back: another run begins
+            last_x, last_y, jump_time = math.nan, math.nan, -math.inf
         x, y, yaw, v, _ = self._state.Eval(context)
         expected_distance = v * (time - last_time)
         if self._holonomic:  # in a direction that the state does not tell

@@ -69,7 +69,7 @@ class ScanState(Generic[T]):
         initial_state = _Processed(initial)
         self._name, self._initial = type(system).__name__, initial
         self._state = system.DeclareAbstractState(Value[object](initial_state))
-        self._after, self._stamp = weakly(step_state), weakly(stamp)
+        self._step_state, self._stamp = weakly(step_state), weakly(stamp)
         self._known = system.DeclareCacheEntry(
             "the state, what was known before the latest scan, and with it",
             ValueProducer(
@@ -119,7 +119,7 @@ class ScanState(Generic[T]):
                 stacklevel=1,
             )
             return dataclasses.replace(previous_state, ignored=stamp, dropped=dropped_count)
-        value = self._after(context, previous_state.value)
+        value = self._step_state(context, previous_state.value)
         if value is previous_state.value:
             return previous_state
         time = context.get_time()

@@ -60,8 +60,10 @@ def _find_nearest(world: World, points: np.ndarray) -> dict[str, tuple[np.ndarra
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2:
         raise StarnavError(f"clearance: points has shape {points.shape}; allowed: (n, 2)")
-    lower_bounds, high = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
-    distances = {"bounds": (np.minimum(points - lower_bounds, high - points).min(axis=1), np.zeros(len(points)))}
+    lower_bounds, upper_bounds = np.reshape(world.bounds or (-np.inf, -np.inf, np.inf, np.inf), (2, 2))
+    distances = {
+        "bounds": (np.minimum(points - lower_bounds, upper_bounds - points).min(axis=1), np.zeros(len(points)))
+    }
     if len(discs := world.discs):
         points_at_once = 1 + 1_000_000 // len(discs)  # points at a time, for the memory that their distances take
         point_pieces = [points[k : k + points_at_once] for k in range(0, max(len(points), 1), points_at_once)]

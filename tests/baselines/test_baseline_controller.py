@@ -96,8 +96,7 @@ def test_dsm_knows_its_obstacles_and_needs_no_scan() -> None:
     ("overrides", "words"),
     [
         (["robot.model=omnibot"], "method foa with robot.base omnidirectional; allowed: star, or a differential drive"),
-        (["lidar.frame=ahead"], "method foa with a lidar at ahead; allowed: one at lidar, or star"),
-        (["lidars=[{frame: lidar}, {frame: ahead}]"], "method foa with 2 lidars; allowed: one at lidar, or star"),
+        (["goals=[[1, 0, 0.5]]"], "has a yaw with method foa, which follows no turns on the spot"),
     ],
 )
 def test_what_no_baseline_can_do_is_refused(overrides: list[str], words: str) -> None:

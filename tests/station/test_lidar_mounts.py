@@ -1,5 +1,6 @@
 """Lidars of a robot's model: where they are, what is asked of their frames, and that the robot drives with them."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -147,6 +148,9 @@ def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
     ):
         with pytest.raises(StarnavError, match=said):
             make_diagram(scenario(model, *overrides))
+    for overrides, said in ((("lidar.frame=ahead",), "a lidar at x 0.2"), (CORNERS, "2 lidars")):
+        with pytest.raises(StarnavError, match=f"method dwa with {said}.*; allowed: one on the axis, unturned"):
+            make_diagram(dataclasses.replace(scenario(model, *overrides), method="dwa"))
 
 
 @pytest.mark.parametrize(("rate", "caution"), [(20.0, 0.5), (8.0, 1.0)])

@@ -64,7 +64,7 @@ def test_no_error_and_no_network(page) -> None:
 def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") <= 1100
     widths = page.evaluate("[...document.images].map(image => image.complete && image.naturalWidth)")
-    assert len(widths) == 7  # success, path, time, length, difficulty, two scenarios' trajectories
+    assert len(widths) == 5  # success, difficulty, path, two scenarios' trajectories
     assert all(width > 900 for width in widths)
 
 
