@@ -73,7 +73,7 @@ TURNING_RATE = 0.8
 WALL_ZONE = 0.4
 WALL_COST = 0.6
 """Cost of the least clearance to static obstacles, s, if less than the zone, in radii: walls leave no room to evade."""
-ARRIVED = 0.48
+ARRIVED_WITHIN = 0.48
 """A rollout this near to the end of the path has arrived, in radii of the robot."""
 
 FOLLOW_PATH, KEEP_VELOCITY, DRIVE_IN_DIRECTION = range(3)
@@ -125,9 +125,9 @@ class Movers(NamedTuple):
     max_speed: float
 
     @staticmethod
-    def near(tracked: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
+    def near(tracked_obstacles: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
-        tracks, age, declared = tracked
+        tracks, age, parameters = tracked_obstacles
         is_predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
         farthest, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
         return Movers(
@@ -137,9 +137,9 @@ class Movers(NamedTuple):
             trajectory=tracks.predicted_trajectories[is_predicted],
             may_start=thin_places(tracks.possible_starters[:, :2], position, farthest, spacing),
             age=float(age),  # a whole number would have all compiled again
-            spacing=float(MOVING_MARGIN * robot.shape.cover_radius + declared.stopping_distance),
-            caution=float(declared.caution),
-            max_speed=float(declared.max_speed),
+            spacing=float(MOVING_MARGIN * robot.shape.cover_radius + parameters.stopping_distance),
+            caution=float(parameters.caution),
+            max_speed=float(parameters.max_speed),
         )
 
 
@@ -169,7 +169,7 @@ class Scene(NamedTuple):
     slowdown: float
 
     @staticmethod
-    def of(inputs: ControllerInputs, tracked: TrackedObstacles, robot: RobotParameters) -> "Scene":
+    def of(inputs: ControllerInputs, tracked_obstacles: TrackedObstacles, robot: RobotParameters) -> "Scene":
         """Return the scene of what the controller is given."""
         path, limits = inputs.guidance.path, robot.limits
         line = np.vstack((inputs.pose[:2], path if len(path) else inputs.pose[:2]))
@@ -179,7 +179,7 @@ class Scene(NamedTuple):
             regions=inputs.guidance.regions,
             star=inputs.surroundings.certified_star.union,
             hits=inputs.surroundings.near_hits,
-            movers=Movers.near(tracked, inputs.pose[:2], robot),
+            movers=Movers.near(tracked_obstacles, inputs.pose[:2], robot),
             limits=limits,
             radius=float(robot.radius),
             slowdown=float(compute_goal_slowdown(limits) if inputs.guidance.arrives or not len(path) else np.inf),
@@ -188,7 +188,7 @@ class Scene(NamedTuple):
 
 def avoid_collision(
     inputs: ControllerInputs,
-    tracked: TrackedObstacles,
+    tracked_obstacles: TrackedObstacles,
     certificates: tuple[Certificate, ...],
     actuation: Actuation,
     robot: RobotParameters,
@@ -199,20 +199,20 @@ def avoid_collision(
 
     Args:
         inputs: what the controller is given.
-        tracked: the moving obstacles.
+        tracked_obstacles: the moving obstacles.
         certificates: that the twist with which a manoeuvre begins must pass.
         actuation: what commands do.
         robot: its size and limits.
     """
-    if not (tracked.tracks.is_predicted.any() or len(tracked.tracks.possible_starters)):
+    if not (tracked_obstacles.tracks.is_predicted.any() or len(tracked_obstacles.tracks.possible_starters)):
         return None
     pose, twist = inputs.pose, inputs.twist
-    scene = Scene.of(inputs, tracked, robot)
+    scene = Scene.of(inputs, tracked_obstacles, robot)
     start = make_initial_rollout(pose, twist, scene)
     if is_path_comfortable(start, list_manoeuvres(twist, robot.limits)[:1], scene):
         return None
-    around = find_velocity_around(pose, inputs.guidance.path, scene, robot)
-    manoeuvres = list_manoeuvres(twist, robot.limits, around)
+    velocity_around = find_velocity_around(pose, inputs.guidance.path, scene, robot)
+    manoeuvres = list_manoeuvres(twist, robot.limits, velocity_around)
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = convert_to_twist(velocities, actuation.base)
 
@@ -220,14 +220,14 @@ def avoid_collision(
     def is_accepted(*first: float) -> bool:
         return all_accept(roll_out(pose, twist, np.array(first), actuation), certificates)
 
-    refused = [0]
-    while refused:  # only those that the search would continue, or that may be its result, are asked
+    refused_indices = [0]
+    while refused_indices:  # only those that the search would continue, or that may be its result, are asked
         results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
         candidates = [*select_best_rollouts(rollouts, scene), *results]
-        refused = [k for k in candidates if not is_accepted(*twists[k].tolist())]
-        rollouts["is_over"][refused], rollouts["cost"][refused] = True, np.inf
-    best = search_rollouts(manoeuvres, rollouts, scene)
-    return twists[best] if best >= 0 else None
+        refused_indices = [k for k in candidates if not is_accepted(*twists[k].tolist())]
+        rollouts["is_over"][refused_indices], rollouts["cost"][refused_indices] = True, np.inf
+    best_manoeuvre = search_rollouts(manoeuvres, rollouts, scene)
+    return twists[best_manoeuvre] if best_manoeuvre >= 0 else None
 
 
 def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene) -> bool:
@@ -240,17 +240,17 @@ def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene
     """
     rollout, discs = start.copy(), predict_discs(scene, 0.0, round(HORIZON / STEP))
     continue_rollout(start[0], follow_path, discs, scene, np.inf, rollout)
-    ahead = rollout[0]
-    return bool(ahead["comfort_cost"] + ahead["risk"] <= CHANGE_WEIGHT and not ahead["is_held"])
+    last_rollout = rollout[0]
+    return bool(last_rollout["comfort_cost"] + last_rollout["risk"] <= CHANGE_WEIGHT and not last_rollout["is_held"])
 
 
-def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None = None) -> np.ndarray:
+def list_manoeuvres(twist: np.ndarray, limits: Limits, velocity_around: np.ndarray | None = None) -> np.ndarray:
     """Return what the robot may do next, shape (n,) of `MANOEUVRE`.
 
     Args:
         twist: of the base, commanded last.
         limits: of the robot.
-        around: a velocity that leads around movers, shape (2,), W, m/s.
+        velocity_around: a velocity that leads around movers, shape (2,), W, m/s.
     """
     max_speed = limits.max_speed
     rows = [(FOLLOW_PATH, share * max_speed, 0.0, 0.0, 0.0, 0.0) for share in (1.0, 0.5)]
@@ -259,8 +259,9 @@ def list_manoeuvres(twist: np.ndarray, limits: Limits, around: np.ndarray | None
     for k in range(HEADINGS):
         heading = 2.0 * math.pi * k / HEADINGS
         rows += [(DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0) for speed in (max_speed, -max_speed)]
-    if around is not None:
-        speed, heading = min(math.hypot(*around), max_speed), math.atan2(around[1], around[0])
+    if velocity_around is not None:
+        speed = min(math.hypot(*velocity_around), max_speed)
+        heading = math.atan2(velocity_around[1], velocity_around[0])
         rows.append((DRIVE_IN_DIRECTION, speed, heading, 0.0, 0.0, 0.0))
     return np.array(rows, MANOEUVRE)
 
@@ -269,12 +270,12 @@ def find_velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot
     """Return the velocity towards the next way point, modulated around predicted movers; None without one."""
     if not len(path):
         return None
-    way_vector = path[0] - pose[:2]
-    velocity = robot.max_speed * way_vector / max(math.hypot(*way_vector), 1e-9)
+    path_vector = path[0] - pose[:2]
+    velocity = robot.max_speed * path_vector / max(math.hypot(*path_vector), 1e-9)
     movers = scene.movers
     inflated_radii = movers.radius + robot.radius + scene.movers.spacing
-    around = modulate_around_movers(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
-    return around if math.hypot(*around) > STANDING_SPEED else None
+    modulated_velocity = modulate_around_movers(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
+    return modulated_velocity if math.hypot(*modulated_velocity) > STANDING_SPEED else None
 
 
 def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> np.ndarray:
@@ -289,13 +290,14 @@ def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> n
 
 
 @kernel
-def thin_places(places, position, reach, spacing):
-    """Return the places (n, 2) within `reach` (m) of a position, no two nearer to each other than `spacing` (m)."""
+def thin_places(places, position, farthest_distance, spacing):
+    """Return the places (n, 2) within `farthest_distance` (m) of a position, no two nearer to each other than `spacing`
+    (m)."""
     kept_places = np.empty((len(places), 2))
     n = 0
     for k in range(len(places)):
         x, y = places[k, 0], places[k, 1]
-        is_apart = math.hypot(x - position[0], y - position[1]) < reach
+        is_apart = math.hypot(x - position[0], y - position[1]) < farthest_distance
         for q in range(n):
             is_apart = is_apart and (x - kept_places[q, 0]) ** 2 + (y - kept_places[q, 1]) ** 2 >= spacing**2
         if is_apart:
@@ -334,12 +336,12 @@ def begin_manoeuvres(manoeuvres, start, scene):
     continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, np.inf, rollouts)
     for m in range(len(manoeuvres)):
         wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene)
-        ahead = limit_value(wanted_velocity.ahead, limits.max_speed)
-        aside = limit_value(wanted_velocity.aside, limits.max_speed)
-        turning = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
-        velocities[m, 0], velocities[m, 1], velocities[m, 2] = ahead, aside, turning
-        velocity_change = math.hypot(ahead - rollout.ahead, aside - rollout.aside) / limits.max_speed
-        velocity_change += abs(turning - rollout.turning) / limits.max_yaw_rate
+        forward_speed = limit_value(wanted_velocity.ahead, limits.max_speed)
+        sideways_speed = limit_value(wanted_velocity.aside, limits.max_speed)
+        turning_rate = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
+        velocities[m, 0], velocities[m, 1], velocities[m, 2] = forward_speed, sideways_speed, turning_rate
+        velocity_change = math.hypot(forward_speed - rollout.ahead, sideways_speed - rollout.aside) / limits.max_speed
+        velocity_change += abs(turning_rate - rollout.turning) / limits.max_yaw_rate
         rollouts[m].first_manoeuvre, rollouts[m].change_cost = m, CHANGE_WEIGHT * velocity_change
         rollouts[m].cost += CHANGE_WEIGHT * velocity_change
     return velocities, rollouts
@@ -349,29 +351,29 @@ def begin_manoeuvres(manoeuvres, start, scene):
 def search_rollouts(manoeuvres, rollouts, scene):
     """Return the index of the first manoeuvre of the best rollout that continues one of these (n,); -1: none does."""
     manoeuvre_count, segments = len(manoeuvres), int(math.ceil(HORIZON / (MANOEUVRE_STEPS * STEP) - 1e-9))
-    best, least_found = find_best_result(rollouts, False, -1, np.inf)
+    best_manoeuvre, least_found = find_best_result(rollouts, False, -1, np.inf)
     for segment in range(2, segments + 1):
         generation, is_last_segment = rollouts, segment == segments
-        continued = select_best_rollouts(generation, scene)
-        if not len(continued):
+        continued_indices = select_best_rollouts(generation, scene)
+        if not len(continued_indices):
             break
-        discs = predict_discs(scene, generation[continued[0]].time, MANOEUVRE_STEPS)
-        rollouts = np.empty(len(continued) * manoeuvre_count, ROLLOUT)
-        for k in range(len(continued)):
+        discs = predict_discs(scene, generation[continued_indices[0]].time, MANOEUVRE_STEPS)
+        rollouts = np.empty(len(continued_indices) * manoeuvre_count, ROLLOUT)
+        for k in range(len(continued_indices)):
             continuations = rollouts[k * manoeuvre_count : (k + 1) * manoeuvre_count]
-            most = least_found if is_last_segment else np.inf
-            continue_rollout(generation[continued[k]], manoeuvres, discs, scene, most, continuations)
-            best, least_found = find_best_result(continuations, is_last_segment, best, least_found)
-    return best
+            most_cost = least_found if is_last_segment else np.inf
+            continue_rollout(generation[continued_indices[k]], manoeuvres, discs, scene, most_cost, continuations)
+            best_manoeuvre, least_found = find_best_result(continuations, is_last_segment, best_manoeuvre, least_found)
+    return best_manoeuvre
 
 
 @leaf
-def find_best_result(rollouts, is_last, best, cost):
+def find_best_result(rollouts, is_last, best_manoeuvre, least_cost):
     """Return first manoeuvre and cost of the best rollout that ended, or reached the horizon, if any is better."""
     for m in range(len(rollouts)):
-        if (is_last or rollouts[m].is_over) and rollouts[m].cost < cost:
-            best, cost = rollouts[m].first_manoeuvre, rollouts[m].cost
-    return best, cost
+        if (is_last or rollouts[m].is_over) and rollouts[m].cost < least_cost:
+            best_manoeuvre, least_cost = rollouts[m].first_manoeuvre, rollouts[m].cost
+    return best_manoeuvre, least_cost
 
 
 @kernel
@@ -386,11 +388,11 @@ def select_best_rollouts(rollouts, scene):
         if rollout.is_over:
             continue
         for q in range(n):
-            other = rollouts[kept_indices[q]]
+            kept_rollout = rollouts[kept_indices[q]]
             if (
-                (rollout.x - other.x) ** 2 + (rollout.y - other.y) ** 2 < same_place * same_place
-                and abs(wrap_angle(rollout.yaw - other.yaw)) < SAME_HEADING
-                and math.hypot(rollout.ahead - other.ahead, rollout.aside - other.aside) < same_speed
+                (rollout.x - kept_rollout.x) ** 2 + (rollout.y - kept_rollout.y) ** 2 < same_place * same_place
+                and abs(wrap_angle(rollout.yaw - kept_rollout.yaw)) < SAME_HEADING
+                and math.hypot(rollout.ahead - kept_rollout.ahead, rollout.aside - kept_rollout.aside) < same_speed
             ):
                 break
         else:
@@ -402,17 +404,17 @@ def select_best_rollouts(rollouts, scene):
 
 
 @kernel
-def continue_rollout(start, manoeuvres, discs, scene, most, rollouts):
+def continue_rollout(start, manoeuvres, discs, scene, most_cost, rollouts):
     """Simulate a segment of each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
 
     Limits make many manoeuvres begin alike: of those with the same velocities so far the first one, the leader, is
     simulated for all. A rollout ends early if the robot is touched or reaches a frontier. None is simulated if the
-    least cost exceeds `most`, s.
+    least cost exceeds `most_cost`, s.
     """
     n, radius = len(manoeuvres), scene.radius
     leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
     rollouts[0] = start
-    steps = len(discs) - 1 if most == np.inf or compute_least_cost(start, scene) < most else 0
+    steps = len(discs) - 1 if most_cost == np.inf or compute_least_cost(start, scene) < most_cost else 0
     for s in range(steps):
         choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities)
         for m in range(n):
@@ -480,7 +482,7 @@ def note_arrival(rollout, scene):
     """Note when a rollout has first been at the end of the path; there it is over if that is a frontier."""
     line = scene.line
     dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
-    is_near = dx * dx + dy * dy < (ARRIVED * scene.radius) * (ARRIVED * scene.radius)
+    is_near = dx * dx + dy * dy < (ARRIVED_WITHIN * scene.radius) * (ARRIVED_WITHIN * scene.radius)
     if is_near and not rollout.is_over and rollout.way_point == len(line) - 1:
         rollout.arrival_time = min(rollout.arrival_time, rollout.time)
         rollout.is_over = scene.slowdown == np.inf  # where exploration continues
@@ -526,13 +528,13 @@ def choose_velocity(manoeuvre, rollout, scene):
         course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
         return find_velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
-    is_last, arrived = k == len(line) - 1, ARRIVED * scene.radius
-    if dx * dx + dy * dy < (arrived * arrived if is_last else 1e-12):
+    is_last, arrival_distance = k == len(line) - 1, ARRIVED_WITHIN * scene.radius
+    if dx * dx + dy * dy < (arrival_distance * arrival_distance if is_last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
-    wanted = find_velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
+    wanted_velocity = find_velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
     if is_last:
-        wanted = cap_speed(wanted, scene.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
-    return wanted
+        wanted_velocity = cap_speed(wanted_velocity, scene.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
+    return wanted_velocity
 
 
 @leaf
@@ -635,7 +637,7 @@ def compute_comfort_to_go(rollout, discs, scene):
 def compute_least_cost(rollout, scene):
     """Return what a rollout costs at least, however it goes on, s."""
     distance = math.hypot(scene.line[-1, 0] - rollout.x, scene.line[-1, 1] - rollout.y)
-    way = max(distance - ARRIVED * scene.radius, 0.0)
+    way = max(distance - ARRIVED_WITHIN * scene.radius, 0.0)
     time = min(rollout.arrival_time, rollout.time + way / scene.limits.max_speed)
     return rollout.comfort_cost + rollout.risk + compute_wall_cost(rollout, scene.radius) + rollout.change_cost + time
 

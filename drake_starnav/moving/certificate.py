@@ -71,16 +71,16 @@ class MovingCertificate(NamedTuple):
     escape: float = 0.0
 
     @staticmethod
-    def near(tracked: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
+    def near(tracked_obstacles: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
         """Return the certificate for the discs that may reach a robot at a place (2,), W, m, before it has stopped."""
-        (tracks, age, obstacles), (limits, footprint) = tracked, (actuation.limits, actuation.footprint)
+        (tracks, age, obstacles), (limits, footprint) = tracked_obstacles, (actuation.limits, actuation.footprint)
         braking = limits.max_speed / limits.max_deceleration
         if not (footprint.is_disc or limits.steers):
             braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
         longest = age + actuation.delay + actuation.hold + braking
         margin, escape = MOVING_MARGIN * footprint.cover_radius, ESCAPE * footprint.cover_radius
-        reach = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
-        discs = find_reachable_discs(tracks, obstacles, position, reach)
+        farthest_distance = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
+        discs = find_reachable_discs(tracks, obstacles, position, farthest_distance)
         return MovingCertificate(discs, margin, age, escape)
 
     def accepts(self, motion: Motion) -> bool:
@@ -89,7 +89,11 @@ class MovingCertificate(NamedTuple):
 
 
 def make_certificates(
-    surroundings: Surroundings, margin: float, actuation: Actuation, position: np.ndarray, tracked: TrackedObstacles
+    surroundings: Surroundings,
+    margin: float,
+    actuation: Actuation,
+    position: np.ndarray,
+    tracked_obstacles: TrackedObstacles,
 ) -> tuple[Certificate, Certificate]:
     """Return the certificates among obstacles that move: against what stands still, and against what moves.
 
@@ -98,10 +102,10 @@ def make_certificates(
         margin: kept to static obstacles, m.
         actuation: what commands do.
         position: of the robot, shape (2,), W, m.
-        tracked: the moving obstacles.
+        tracked_obstacles: the moving obstacles.
     """
     clear = ClearanceCertificate(surroundings, margin, actuation.footprint)
-    return clear, MovingCertificate.near(tracked, position, actuation)
+    return clear, MovingCertificate.near(tracked_obstacles, position, actuation)
 
 
 def find_reachable_discs(
@@ -144,11 +148,11 @@ def _find_reachable_discs(places, hit_track, is_trusted, velocity, declared_limi
 @kernel
 def _measure_clearance(sample, moving, time, body):
     """Return the least distance of a robot at a sample to where discs may have come at a time, less what it needs."""
-    least, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
+    least_clearance, frame = np.inf, (sample[0], sample[1], math.cos(sample[2]), math.sin(sample[2]))
     for disc in moving.discs:
         x, y = disc[X] + disc[VX] * time, disc[Y] + disc[VY] * time
-        least = measure_gap_to_disc(frame, body, x, y, disc[RADIUS] + disc[GROWTH] * time, least)
-    return least - moving.distance
+        least_clearance = measure_gap_to_disc(frame, body, x, y, disc[RADIUS] + disc[GROWTH] * time, least_clearance)
+    return least_clearance - moving.distance
 
 
 @kernel

@@ -35,14 +35,14 @@ def find_clusters(beams, is_doubtful, may_start, max_radius):
     continues_surface, is_wide = find_continuing_beams(beams, is_hit), np.zeros(n, np.bool_)
     cluster_runs, cluster_count = np.empty((2 * n, 2), np.int64), 0
     for skips_wide, is_chosen in ((False, (is_doubtful | may_start) & is_hit), (True, is_doubtful & is_hit)):
-        for first, count in _split_at_peaks(
+        for first_beam, beam_count in _split_at_peaks(
             beams.distances, find_runs(is_chosen & (is_wide | (not skips_wide)), continues_surface)
         ):
-            if measure_chord(beams.distances, beams.increment, first, count) > 2.0 * max_radius:
-                for k in range(first, first + count):
+            if measure_chord(beams.distances, beams.increment, first_beam, beam_count) > 2.0 * max_radius:
+                for k in range(first_beam, first_beam + beam_count):
                     is_wide[k % n] = True
-            elif count >= FEWEST_BEAMS:
-                cluster_runs[cluster_count, 0], cluster_runs[cluster_count, 1] = first, count
+            elif beam_count >= FEWEST_BEAMS:
+                cluster_runs[cluster_count, 0], cluster_runs[cluster_count, 1] = first_beam, beam_count
                 cluster_count += 1
     return cluster_runs[:cluster_count].copy()
 
@@ -88,27 +88,30 @@ def estimate_disc(beams, run, points, sensor_position, max_radius):
         points: where each beam ends, shape (n, 2), m.
         max_radius: greatest radius, m.
     """
-    distance, n, (first, count) = beams.distances, len(points), run
+    distance, n, (first_beam, beam_count) = beams.distances, len(points), run
     least_range = find_least_distance(distance, run)
-    sine = min(math.sin(min(0.5 * count * beams.increment, 1.2)), 0.85)
+    sine = min(math.sin(min(0.5 * beam_count * beams.increment, 1.2)), 0.85)
     radius = min(max(least_range * sine / (1.0 - sine), SMALLEST_RADIUS), max_radius)
-    middle_hit, other_middle_hit = points[(first + (count - 1) // 2) % n], points[(first + count // 2) % n]
+    middle_hit = points[(first_beam + (beam_count - 1) // 2) % n]
+    other_middle_hit = points[(first_beam + beam_count // 2) % n]
     sight_x = middle_hit[0] + other_middle_hit[0] - 2.0 * sensor_position[0]
     sight_y = middle_hit[1] + other_middle_hit[1] - 2.0 * sensor_position[1]
     sight_length = max(math.hypot(sight_x, sight_y), 1e-9)
     x = sensor_position[0] + (least_range + radius) * (sight_x / sight_length)
     y = sensor_position[1] + (least_range + radius) * (sight_y / sight_length)
-    previous_beam, last_beam, next_beam = (first - 1) % n, (first + count - 1) % n, (first + count) % n
-    is_bare = distance[previous_beam] > distance[first] and distance[next_beam] > distance[last_beam]
+    previous_beam = (first_beam - 1) % n
+    last_beam = (first_beam + beam_count - 1) % n
+    next_beam = (first_beam + beam_count) % n
+    is_bare = distance[previous_beam] > distance[first_beam] and distance[next_beam] > distance[last_beam]
     return x, y, radius, is_bare and least_range + radius < beams.range_max
 
 
 @kernel
 def find_least_distance(distance, run):
     """The least distance of the beams of a run, m."""
-    first, count = run
+    first_beam, beam_count = run
     shortest = np.inf
-    for k in range(first, first + count):
+    for k in range(first_beam, first_beam + beam_count):
         shortest = min(shortest, distance[k % len(distance)])
     return shortest
 

@@ -88,12 +88,12 @@ def compute_heading_loss(error, velocity, limits):
 
 
 @leaf
-def compute_turning_time(angle, rate, most):
+def compute_turning_time(angle, rate, most_rate):
     """Return the least time in which a robot that turns at `rate` turns by `angle` and stops, s.
 
-    `most` are its largest turning rate, rad/s, and change of that, rad/s^2.
+    `most_rate` are its largest turning rate, rad/s, and change of that, rad/s^2.
     """
-    rate_max, acceleration = most
+    rate_max, acceleration = most_rate
     if angle < 0.0:
         angle, rate = -angle, -rate
     overshoot = rate * rate / (2.0 * acceleration) - angle
@@ -112,7 +112,7 @@ def compute_time_to_escape(distance, limits):
     Forwards or backwards, after a turn by an eighth of a circle, the mean of what is needed; no turn if it steers or is
     holonomic.
     """
-    turn = 0.0
+    turning_time = 0.0
     if limits.holonomic == 0.0 and limits.steers == 0.0:
-        turn = compute_turning_time(0.25 * math.pi, 0.0, (limits.max_yaw_rate, limits.max_yaw_acceleration))
-    return turn + compute_time_from_rest(distance, limits.max_speed, limits.max_acceleration)
+        turning_time = compute_turning_time(0.25 * math.pi, 0.0, (limits.max_yaw_rate, limits.max_yaw_acceleration))
+    return turning_time + compute_time_from_rest(distance, limits.max_speed, limits.max_acceleration)

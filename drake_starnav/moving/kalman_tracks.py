@@ -139,9 +139,9 @@ class Tracks:
         """Which tracks move too slowly to be told from what stands by single hits, shape (n,), bool."""
         age = self.time - self.first_seen
         noise = NOISE + NOISE_PER_RANGE * np.hypot(*(self.position - self.origin).T)
-        least = CREEPING_SPEED + CREEPING_NOISE * noise / np.clip(age, 1e-9, DRIFT_TIME)
-        least += np.where(self.moving_share > CREEPING_MOTION, 0.0, CREEPING_SWING * np.abs(self.aspect_rate))
-        return ~self.is_confirmed & (age >= CREEPING_AFTER) & (np.hypot(*self.mean_velocity.T) > least)
+        least_speed = CREEPING_SPEED + CREEPING_NOISE * noise / np.clip(age, 1e-9, DRIFT_TIME)
+        least_speed += np.where(self.moving_share > CREEPING_MOTION, 0.0, CREEPING_SWING * np.abs(self.aspect_rate))
+        return ~self.is_confirmed & (age >= CREEPING_AFTER) & (np.hypot(*self.mean_velocity.T) > least_speed)
 
     @cached_property
     def is_predicted(self) -> np.ndarray:
@@ -159,11 +159,11 @@ class Tracks:
 
         Beside those listed that of each trusted track that is not in view, a disc at its predicted position.
         """
-        lost = np.flatnonzero(self.is_trusted & (self.last_seen < self.time))
-        still = (self.possible_starters, self.occlusion_discs)
-        discs = np.column_stack((self.position, self.radius))[lost]
-        hit_track = np.concatenate((self.hit_track, np.full(sum(map(len, still)), -1), lost))
-        return np.vstack((self.hits, *still, discs)), hit_track
+        lost_tracks = np.flatnonzero(self.is_trusted & (self.last_seen < self.time))
+        standing_discs = (self.possible_starters, self.occlusion_discs)
+        discs = np.column_stack((self.position, self.radius))[lost_tracks]
+        hit_track = np.concatenate((self.hit_track, np.full(sum(map(len, standing_discs)), -1), lost_tracks))
+        return np.vstack((self.hits, *standing_discs, discs)), hit_track
 
     @cached_property
     def expected_velocity(self) -> np.ndarray:
@@ -239,19 +239,21 @@ def _update_rows(tracks, last_scan, beams, beam_motion, pose, scan_start, limits
         cluster_discs[c, 0], cluster_discs[c, 1], cluster_discs[c, 2], is_whole[c] = estimate_disc(
             beams, clusters_found[c], points, sensor_position, max_radius
         )
-    predicted = predict_rows(tracks, time - last_scan[0])
-    matched_track = match_tracks(cluster_discs, predicted.position, _compute_association_gates(predicted, time))
+    predicted_rows = predict_rows(tracks, time - last_scan[0])
+    matched_track = match_tracks(
+        cluster_discs, predicted_rows.position, _compute_association_gates(predicted_rows, time)
+    )
     is_remembered = np.ones(track_count, np.bool_)
     is_remembered[matched_track[matched_track >= 0]] = False
     for k in range(track_count):
-        is_absent = predicted.scan_count[k] <= CONFIRMED_AFTER
-        is_absent = is_absent or is_seen_past(beams, (x, y, yaw + angle_min), predicted.position[k])
-        is_remembered[k] &= time - predicted.last_seen[k] < (FORGOTTEN_NEW if is_absent else FORGOTTEN_AFTER)
+        is_absent = predicted_rows.scan_count[k] <= CONFIRMED_AFTER
+        is_absent = is_absent or is_seen_past(beams, (x, y, yaw + angle_min), predicted_rows.position[k])
+        is_remembered[k] &= time - predicted_rows.last_seen[k] < (FORGOTTEN_NEW if is_absent else FORGOTTEN_AFTER)
     remembered_rows = np.flatnonzero(is_remembered)  # though this scan does not show them
-    rows, hit_track = select_rows(predicted, np.concatenate((remembered_rows, matched_track))), np.full(n, -1)
+    rows, hit_track = select_rows(predicted_rows, np.concatenate((remembered_rows, matched_track))), np.full(n, -1)
     for c in range(len(clusters_found)):
-        row, k, (first, count) = len(remembered_rows) + c, matched_track[c], clusters_found[c]
-        beams_of_cluster = (first + np.arange(count)) % n
+        row, k, (first_beam, beam_count) = len(remembered_rows) + c, matched_track[c], clusters_found[c]
+        beams_of_cluster = (first_beam + np.arange(beam_count)) % n
         hit_track[beams_of_cluster] = row
         if k < 0:
             rows.position[row], rows.radius[row], rows.scan_count[row] = cluster_discs[c, :2], cluster_discs[c, 2], 1
@@ -294,24 +296,22 @@ def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, 
         scan_times: now, and since the last scan, s.
         limits: max_speed and max_radius.
     """
-    (previous_sensor, sensor_position), (time, step), radius, position = (
-        sensor_positions,
-        scan_times,
-        rows.radius[k],
-        rows.position[k],
-    )
+    (previous_sensor, sensor_position) = sensor_positions
+    (time, step) = scan_times
+    radius = rows.radius[k]
+    position = rows.position[k]
     if cluster.is_whole:
         next_radius = radius + GAIN * (cluster.radius - radius)
     else:
         next_radius = min(max(fit_radius(cluster.points, position, radius, RADIUS_WEIGHT), SMALLEST_RADIUS), limits[1])
     sight_line = position - sensor_position
     shift = (next_radius - radius) / max(math.hypot(sight_line[0], sight_line[1]), 1e-9) * sight_line
-    predicted = position + shift
+    predicted_position = position + shift
     noise = NOISE + NOISE_PER_RANGE * cluster.distance
     p, p_v, v = rows.variance[k]
     gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
-    innovation = fit_center(cluster.points, predicted, next_radius) - predicted
-    position, velocity = predicted + gain_p * innovation, rows.velocity[k] + gain_v * innovation
+    innovation = fit_center(cluster.points, predicted_position, next_radius) - predicted_position
+    position, velocity = predicted_position + gain_p * innovation, rows.velocity[k] + gain_v * innovation
     velocity *= min(1.0, limits[0] / max(math.hypot(velocity[0], velocity[1]), 1e-9))
     gain = min(step / min(max(time - rows.first_seen[k], step), DRIFT_TIME), 1.0)
     for i in range(2):

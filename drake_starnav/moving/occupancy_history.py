@@ -25,7 +25,7 @@ CELL = 0.05
 """Size of a cell, m; cell (i, j) of W spans [i, i+1) x [j, j+1) cells."""
 WIDEST_REACH = 11.0
 """The grid reaches as far from the robot as the lidar does, but no farther than this, m."""
-RECENTRED = 1.0
+RECENTRED_WITHIN = 1.0
 """The grid follows the robot when it is this far from the grid's middle, m."""
 SQUARE = 8
 """Cells along a square of the grid that is seen through as a whole, or not; a power of two."""
@@ -72,17 +72,17 @@ class OccupancyHistory:
     @staticmethod
     def make_around(position: np.ndarray, range_max: float) -> "OccupancyHistory":
         """An empty grid about a place (2,) in W, m, for a lidar of this range, m."""
-        n = 2 * math.ceil(min(range_max + RECENTRED, WIDEST_REACH) / CELL)
-        first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
+        n = 2 * math.ceil(min(range_max + RECENTRED_WITHIN, WIDEST_REACH) / CELL)
+        first_cell = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
         never, nowhere = np.full((n, n), NEVER), np.zeros((n, n), bool)
-        return OccupancyHistory(first, never, never, nowhere, nowhere)
+        return OccupancyHistory(first_cell, never, never, nowhere, nowhere)
 
     def follow_robot(self, position: np.ndarray) -> "OccupancyHistory":
         """This grid, moved by whole cells if the place (2,) in W, m, is far from its middle."""
         n = len(self.first_hit)
         next_first = np.floor(np.asarray(position) / CELL).astype(np.int64) - n // 2
         shift = next_first - self.first
-        if np.abs(shift).max() * CELL < RECENTRED:
+        if np.abs(shift).max() * CELL < RECENTRED_WITHIN:
             return self
         hit_times = [_shift_cells(array, NEVER, *shift) for array in (self.first_hit, self.last_hit)]
         return OccupancyHistory(
@@ -103,12 +103,12 @@ class OccupancyHistory:
             )
         )
 
-    def find_walls(self, time: float, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    def find_walls(self, time: float, places: np.ndarray, farthest_distances: np.ndarray) -> np.ndarray:
         """Return the centres of cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m.
 
         All that are within reach (k,) of places (k, 2), m, are among them.
         """
-        return _find_standing_cells(self.first_hit, self.last_hit, time, self.first, places, reach)
+        return _find_standing_cells(self.first_hit, self.last_hit, time, self.first, places, farthest_distances)
 
     def add_scan(self, scan: LaserScan, pose: np.ndarray, on_large_surface: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `classify_beams`."""
@@ -125,16 +125,16 @@ class OccupancyHistory:
 
 
 @kernel
-def _find_hit_cells(beams, x, y, yaw, first):
+def _find_hit_cells(beams, x, y, yaw, first_cell):
     """The loop of `OccupancyHistory._find_hit_cells`."""
     all_beams = np.ones(len(beams.kinds), np.bool_)
-    ends = place_ends(beams.directions, beams.distances, all_beams, x, y, math.cos(yaw), math.sin(yaw))
-    cells = np.full((len(ends), 2), -1)
-    for k in range(len(ends)):
+    end_points = place_ends(beams.directions, beams.distances, all_beams, x, y, math.cos(yaw), math.sin(yaw))
+    hit_cells = np.full((len(end_points), 2), -1)
+    for k in range(len(end_points)):
         if beams.kinds[k] & HIT:
-            cells[k, 0] = math.floor(ends[k, 0] / CELL) - first[0]
-            cells[k, 1] = math.floor(ends[k, 1] / CELL) - first[1]
-    return cells
+            hit_cells[k, 0] = math.floor(end_points[k, 0] / CELL) - first_cell[0]
+            hit_cells[k, 1] = math.floor(end_points[k, 1] / CELL) - first_cell[1]
+    return hit_cells
 
 
 @leaf
@@ -144,32 +144,32 @@ def _is_inside(grid, cells, k, border):
 
 
 @kernel
-def _classify_beams(grids, cells, beams, time, on_large_surface, max_radius):
+def _classify_beams(grids, hit_cells, beams, time, on_large_surface, max_radius):
     """The loop of `OccupancyHistory.classify_beams`; `max_radius` is that of the largest obstacle that moves, m."""
     first_hit, last_hit, seen_free, seen_large = grids
-    n, is_hit = len(cells), beams.kinds & HIT != 0
+    n, is_hit = len(hit_cells), beams.kinds & HIT != 0
     is_standing, was_free, may_start = np.zeros(n, np.bool_), np.zeros(n, np.bool_), is_hit & ~on_large_surface
     is_static = on_large_surface.copy()  # outside the grid nothing else is evidence
     for k in range(n):
-        if not _is_inside(first_hit, cells, k, 1):
+        if not _is_inside(first_hit, hit_cells, k, 1):
             continue
-        i, j = cells[k]
+        i, j = hit_cells[k]
         was_free[k] = seen_free[i, j]
         for a in range(i - 1, i + 2):
             for b in range(j - 1, j + 2):
                 is_standing[k] |= _is_standing(first_hit[a, b], last_hit[a, b], time)
                 may_start[k] &= not seen_large[a, b]
     continues_surface = find_continuing_beams(beams, is_hit)
-    for first, count in find_runs(
+    for first_beam, beam_count in find_runs(
         is_hit, continues_surface
     ):  # static if too wide, all around, or if some of it certainly stands
-        run_beams = (first + np.arange(count)) % n
-        chord = measure_chord(beams.distances, beams.increment, first, count)
+        run_beams = (first_beam + np.arange(beam_count)) % n
+        chord = measure_chord(beams.distances, beams.increment, first_beam, beam_count)
         if is_standing[run_beams].any():
             is_static[run_beams] = True
-        elif (count == n and continues_surface[first]) or chord > 2.0 * max_radius:
+        elif (beam_count == n and continues_surface[first_beam]) or chord > 2.0 * max_radius:
             for k in run_beams:
-                is_static[k] |= _is_inside(first_hit, cells, k, 1)
+                is_static[k] |= _is_inside(first_hit, hit_cells, k, 1)
     motion, newly_occupied = np.full(n, STATIC), np.zeros(n, np.bool_)
     for k in range(n):
         previous_beam, next_beam = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least
@@ -185,18 +185,21 @@ def _classify_beams(grids, cells, beams, time, on_large_surface, max_radius):
 
 
 @kernel
-def _find_standing_cells(first_hit, last_hit, time, first, places, reach):
-    """The loop of `OccupancyHistory.find_walls`, over the cells near the places; `first` is the grid's first cell."""
-    begin, end, last_index = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
+def _find_standing_cells(first_hit, last_hit, time, first_cell, places, reach):
+    """The loop of `OccupancyHistory.find_walls`, over the cells near the places; `first_cell` is the grid's first
+    cell."""
+    begin_cell, end_cell, last_index = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
     for k in range(len(places)):
         for i in range(2):
-            begin[i] = min(begin[i], max(math.floor((places[k, i] - reach[k]) / CELL) - first[i], 0))
-            end[i] = max(end[i], min(math.floor((places[k, i] + reach[k]) / CELL) - first[i], last_index))
-    centers, n = np.empty((max(end[0] + 1 - begin[0], 0) * max(end[1] + 1 - begin[1], 0), 2)), 0
-    for i in range(begin[0], end[0] + 1):
-        for j in range(begin[1], end[1] + 1):
+            begin_cell[i] = min(begin_cell[i], max(math.floor((places[k, i] - reach[k]) / CELL) - first_cell[i], 0))
+            end_cell[i] = max(
+                end_cell[i], min(math.floor((places[k, i] + reach[k]) / CELL) - first_cell[i], last_index)
+            )
+    centers, n = np.empty((max(end_cell[0] + 1 - begin_cell[0], 0) * max(end_cell[1] + 1 - begin_cell[1], 0), 2)), 0
+    for i in range(begin_cell[0], end_cell[0] + 1):
+        for j in range(begin_cell[1], end_cell[1] + 1):
             if _is_standing(first_hit[i, j], last_hit[i, j], time):
-                put(centers, n, ((i + first[0] + 0.5) * CELL, (j + first[1] + 0.5) * CELL))
+                put(centers, n, ((i + first_cell[0] + 0.5) * CELL, (j + first_cell[1] + 0.5) * CELL))
                 n += 1
     return centers[:n].copy()
 
@@ -317,15 +320,17 @@ def _note_free_cells(first_hit, seen_free, large, origin_and_sensor, beams, dist
             continue
         dx, dy = (i + origin[0] + 0.5 * side) * CELL - x, (j + origin[1] + 0.5 * side) * CELL - y
         r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * half
-        turn = (math.atan2(dy, dx) - bearing_0) / (2.0 * math.pi)
-        middle = (turn - math.floor(turn)) * turn_beams
+        turn_share = (math.atan2(dy, dx) - bearing_0) / (2.0 * math.pi)
+        middle_beam = (turn_share - math.floor(turn_share)) * turn_beams
         # no beam that passes through the cell, nor the one beside it, may end before the cell does
-        width = math.asin(min(half / max(r - spread, half), 1.0)) / increment + 1.0
+        half_width = math.asin(min(half / max(r - spread, half), 1.0)) / increment + 1.0
         if side > 1:
-            width += math.asin(min(spread / max(r, spread), 1.0)) / increment + 1.0
-        first, last = int(math.floor(middle - width)), int(math.ceil(middle + width))
-        least_distance, greatest_distance = _find_extremes(table, first, last)
-        is_looked_at = is_full_circle or (first >= 0 and last < n) or (side == 1 and last - first >= n)
+            half_width += math.asin(min(spread / max(r, spread), 1.0)) / increment + 1.0
+        first_beam, last_beam = int(math.floor(middle_beam - half_width)), int(math.ceil(middle_beam + half_width))
+        least_distance, greatest_distance = _find_extremes(table, first_beam, last_beam)
+        is_looked_at = (
+            is_full_circle or (first_beam >= 0 and last_beam < n) or (side == 1 and last_beam - first_beam >= n)
+        )
         needed_distance = r + half + RANGE_SLACK
         if is_looked_at and least_distance > (needed_distance if side == 1 else needed_distance + spread + 1e-9):
             for a in range(i, min(i + side, cells)):

@@ -21,7 +21,7 @@ PREDICTION_LEAD = 0.3
 PREDICTION_STEP = 0.1
 """Time between two predicted positions, s."""
 PREDICTION_STEPS = math.ceil((HORIZON + PREDICTION_LEAD) / PREDICTION_STEP - 1e-9) + 1
-PREDICTED = PREDICTION_STEP * PREDICTION_STEPS
+PREDICTED_TIME = PREDICTION_STEP * PREDICTION_STEPS
 """Number of predicted positions after the present one, and how far they reach, s."""
 AGILITY = 0.7
 """Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
@@ -43,11 +43,11 @@ def predict_trajectories(position, velocity, radius, walls):
     trajectories = np.empty((n, steps + 1, 2))
     for k in range(n):
         x, y, vx, vy = position[k, 0], position[k, 1], velocity[k, 0], velocity[k, 1]
-        reach = radius[k] + math.hypot(vx, vy) * PREDICTION_STEP * steps
+        farthest_distance = radius[k] + math.hypot(vx, vy) * PREDICTION_STEP * steps
         near_walls = np.empty((len(walls), 2))
         m = 0
         for q in range(len(walls)):
-            if (walls[q, 0] - x) ** 2 + (walls[q, 1] - y) ** 2 < reach * reach:
+            if (walls[q, 0] - x) ** 2 + (walls[q, 1] - y) ** 2 < farthest_distance * farthest_distance:
                 near_walls[m] = walls[q]
                 m += 1
         trajectories[k, 0, 0], trajectories[k, 0, 1] = x, y
@@ -61,8 +61,8 @@ def predict_trajectories(position, velocity, radius, walls):
                 if distance < closest and vx * dx + vy * dy < 0.0:
                     closest, nx, ny = distance, dx / max(distance, 1e-9), dy / max(distance, 1e-9)
             if closest < radius[k]:
-                along = vx * nx + vy * ny
-                vx, vy = vx - 2.0 * along * nx, vy - 2.0 * along * ny
+                normal_speed = vx * nx + vy * ny
+                vx, vy = vx - 2.0 * normal_speed * nx, vy - 2.0 * normal_speed * ny
             trajectories[k, i, 0], trajectories[k, i, 1] = x, y
     return trajectories
 
@@ -214,11 +214,11 @@ def _find_occlusion_points(distance, increment, is_full_circle, x, y, bearing_0)
         if abs(a - b) < OCCLUSION_SPACING:
             continue
         theta = bearing_0 + (k + 0.5) * increment
-        r, end = min(a, b) + 0.5 * OCCLUSION_SPACING, max(a, b)
-        while r < end + 0.5 * OCCLUSION_SPACING:
+        r, end_range = min(a, b) + 0.5 * OCCLUSION_SPACING, max(a, b)
+        while r < end_range + 0.5 * OCCLUSION_SPACING:
             places.append((x + r * math.cos(theta), y + r * math.sin(theta)))
             r += OCCLUSION_SPACING
-    out = np.empty((len(places), 2))
+    occlusion_points = np.empty((len(places), 2))
     for k in range(len(places)):
-        out[k, 0], out[k, 1] = places[k]
-    return out
+        occlusion_points[k, 0], occlusion_points[k, 1] = places[k]
+    return occlusion_points

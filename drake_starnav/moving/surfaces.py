@@ -14,7 +14,7 @@ from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import compute_third_side, square_segment_distance
 from drake_starnav.lidar.laser_scan import LOST, LaserScan
 
-CONNECTED = 0.15
+CONNECTED_WITHIN = 0.15
 CONNECTED_PER_RANGE = 0.05
 """Consecutive hits are on one surface if nearer than this, m, or this share of their range."""
 FLATNESS = 0.05
@@ -49,10 +49,10 @@ def _find_large_surfaces(beams, hits, bearings, width, notch_depth):
         end_points[k, 0] = distance[k] * beams.directions[valid_beams[k], 0]
         end_points[k, 1] = distance[k] * beams.directions[valid_beams[k], 1]
     continues_surface = find_continuing(distance, is_hit, cosine, beams.seam < np.inf)
-    for first, count in find_runs(is_hit, continues_surface):
-        if count == n and continues_surface[first]:
-            first = int(np.argmax(distance))  # what is all around is cut at its farthest corner
-        run_beams = (first + np.arange(count)) % n
+    for first_beam, beam_count in find_runs(is_hit, continues_surface):
+        if beam_count == n and continues_surface[first_beam]:
+            first_beam = int(np.argmax(distance))  # what is all around is cut at its farthest corner
+        run_beams = (first_beam + np.arange(beam_count)) % n
         on_large_surface[valid_beams[run_beams]] = _find_wide_surface(end_points[run_beams], width, notch_depth)
     return on_large_surface
 
@@ -72,7 +72,7 @@ def find_continuing(distance, is_hit, cosine, is_full_circle):
         a, b = distance[k - 1], distance[k]
         if is_hit[k] and is_hit[k - 1]:
             continues_surface[k] = compute_third_side(a, b, cosine[k]) <= max(
-                CONNECTED, CONNECTED_PER_RANGE * min(a, b)
+                CONNECTED_WITHIN, CONNECTED_PER_RANGE * min(a, b)
             )
     return continues_surface
 
@@ -111,49 +111,53 @@ def find_runs(is_chosen, continues_surface):
 
 
 @kernel
-def measure_chord(distance, increment, first, count):
+def measure_chord(distance, increment, first_beam, beam_count):
     """Distance between the first and the last hit of a run of beams, m."""
-    last_beam = (first + count - 1) % len(distance)
-    return compute_third_side(distance[first], distance[last_beam], math.cos((count - 1) * increment))
+    last_beam = (first_beam + beam_count - 1) % len(distance)
+    return compute_third_side(distance[first_beam], distance[last_beam], math.cos((beam_count - 1) * increment))
 
 
 @kernel
 def _find_wide_surface(points, width, notch):
     """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
-    out, corner = np.zeros(len(points), np.bool_), _corners(points, notch)
+    is_wide, corners = np.zeros(len(points), np.bool_), _corners(points, notch)
     begin = 0  # index of the corner that the present surface begins at
-    for i in range(1, len(corner)):
-        if i < len(corner) - 1:
-            before, here, after = points[corner[i - 1]], points[corner[i]], points[corner[i + 1]]
-            if (here[0] - before[0]) * (after[1] - here[1]) - (here[1] - before[1]) * (after[0] - here[0]) <= 0.0:
+    for i in range(1, len(corners)):
+        if i < len(corners) - 1:
+            point = points[corners[i]]
+            into, onward = point - points[corners[i - 1]], points[corners[i + 1]] - point
+            if into[0] * onward[1] - into[1] * onward[0] <= 0.0:
                 continue
         # a hit at a notch may be the neighbour's, across a step
-        if _wider(points[corner[begin] + (begin > 0) : corner[i] + (i == len(corner) - 1)], width):
-            out[corner[begin] : corner[i] + 1] = True
+        if _wider(points[corners[begin] + (begin > 0) : corners[i] + (i == len(corners) - 1)], width):
+            is_wide[corners[begin] : corners[i] + 1] = True
         begin = i
-    return out
+    return is_wide
 
 
 @kernel
 def _corners(points, tolerance):
     """Indices of the corners that the algorithm of Douglas and Peucker leaves of a polyline (k, 2)."""
-    left, waiting, depth = np.zeros(len(points), np.bool_), np.empty((len(points), 2), np.int64), 1
-    left[0] = left[-1] = True
+    is_corner, waiting, depth = np.zeros(len(points), np.bool_), np.empty((len(points), 2), np.int64), 1
+    is_corner[0] = is_corner[-1] = True
     waiting[0, 0], waiting[0, 1] = 0, len(points) - 1
     while depth > 0:
         depth -= 1
-        first, last = waiting[depth]
-        (ax, ay), (bx, by), farthest, corner = points[first], points[last], tolerance * tolerance, -1
-        for k in range(first + 1, last):
-            away = square_segment_distance(points[k, 0], points[k, 1], ax, ay, bx, by)
-            if away > farthest:
-                farthest, corner = away, k
-        if corner >= 0:
-            left[corner] = True
-            waiting[depth, 0], waiting[depth, 1] = first, corner
-            waiting[depth + 1, 0], waiting[depth + 1, 1] = corner, last
+        first_point, last_point = waiting[depth]
+        ax, ay = points[first_point]
+        bx, by = points[last_point]
+        farthest = tolerance * tolerance
+        farthest_point = -1
+        for k in range(first_point + 1, last_point):
+            squared_distance = square_segment_distance(points[k, 0], points[k, 1], ax, ay, bx, by)
+            if squared_distance > farthest:
+                farthest, farthest_point = squared_distance, k
+        if farthest_point >= 0:
+            is_corner[farthest_point] = True
+            waiting[depth, 0], waiting[depth, 1] = first_point, farthest_point
+            waiting[depth + 1, 0], waiting[depth + 1, 1] = farthest_point, last_point
             depth += 2
-    return np.flatnonzero(left)
+    return np.flatnonzero(is_corner)
 
 
 @kernel

@@ -13,7 +13,7 @@ from drake_starnav.moving.kalman_tracks import Tracks, update_tracks
 from drake_starnav.moving.occupancy_history import OccupancyHistory
 from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.moving.prediction import (
-    PREDICTED,
+    PREDICTED_TIME,
     Rows,
     add_radius,
     find_view_edges,
@@ -82,9 +82,9 @@ def track(
     on_large_surface = find_large_surfaces(scan, 2.0 * parameters.max_radius, range_deviation)
     beam_motion = grid.classify_beams(scan, pose, on_large_surface, parameters)
     tracks, reported_motion = update_tracks(previous_state.tracks, scan, beam_motion, pose, parameters)
-    reach = tracks.radius + np.hypot(*tracks.expected_velocity.T) * PREDICTED
+    farthest_distance = tracks.radius + np.hypot(*tracks.expected_velocity.T) * PREDICTED_TIME
     static_hits = scan.points_at(scan.distances, scan.hits & (beam_motion.motion == STATIC), pose)
-    walls = np.vstack((grid.find_walls(scan.time, tracks.position, reach), static_hits))
+    walls = np.vstack((grid.find_walls(scan.time, tracks.position, farthest_distance), static_hits))
     trajectories = predict_trajectories(tracks.position, tracks.expected_velocity, tracks.radius, walls)
     tracks = replace_fields(tracks, predicted_trajectories=trajectories)
     scan = replace_fields(scan, motion=reported_motion)
@@ -108,7 +108,7 @@ def join_tracks(states: Sequence[TrackerState], parameters: DynamicObstacleParam
     time, tracks_of_lidars, row_count = max(state.tracks.time for state in sighted_states), [], 0
     for state in sighted_states:
         occlusion_discs = _find_hidden_edges(
-            state, [other for other in sighted_states if other is not state], parameters
+            state, [other_state for other_state in sighted_states if other_state is not state], parameters
         )
         tracks = dataclasses.replace(state.tracks, occlusion_discs=occlusion_discs)
         tracks_of_lidars.append(_predict_tracks(time, tracks, parameters.max_speed, row_count))
@@ -137,15 +137,16 @@ def _predict_tracks(time: float, tracks: Tracks, max_speed: float, first_row: in
 
 
 def _find_hidden_edges(
-    tracked: TrackerState, other_states: Sequence[TrackerState], parameters: DynamicObstacleParameters
+    tracker_state: TrackerState, other_states: Sequence[TrackerState], parameters: DynamicObstacleParameters
 ) -> np.ndarray:
     """Edges of what neither a lidar nor the others see, places with their radius, shape (n, 3), for `join_tracks`."""
     if not parameters.guarded:
-        return tracked.tracks.occlusion_discs
-    occlusion_discs, view_edge_discs = tracked.tracks.occlusion_discs, find_view_edges(tracked.scan, tracked.pose)
+        return tracker_state.tracks.occlusion_discs
+    occlusion_discs = tracker_state.tracks.occlusion_discs
+    view_edge_discs = find_view_edges(tracker_state.scan, tracker_state.pose)
     hidden_occlusions, hidden_edges = np.ones(len(occlusion_discs), bool), np.zeros(len(view_edge_discs), bool)
     for other_state in other_states:
-        added_radius = parameters.max_speed * abs(tracked.tracks.time - other_state.tracks.time)
+        added_radius = parameters.max_speed * abs(tracker_state.tracks.time - other_state.tracks.time)
         hidden_occlusions &= ~is_seen_free(other_state.scan, other_state.pose, occlusion_discs, added_radius)[0]
         hidden_edges |= ~is_seen_free(other_state.scan, other_state.pose, view_edge_discs, added_radius)[1]
     return np.vstack((occlusion_discs[hidden_occlusions], view_edge_discs[hidden_edges]))
