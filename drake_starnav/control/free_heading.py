@@ -45,7 +45,7 @@ def find_free_heading(x, y, ux, uy, hits, sizes):
         sizes: the robot's radius, and the distance that the certificate keeps from hits, m.
     """
     way_length, distance = OPEN_WAY * sizes[0], sizes[1]
-    hits_near, count = np.empty((len(hits), 3)), 0
+    hits_near, near_count = np.empty((len(hits), 3)), 0
     for k in range(len(hits)):
         dx, dy = hits[k, 0] - x, hits[k, 1] - y
         if (
@@ -53,16 +53,16 @@ def find_free_heading(x, y, ux, uy, hits, sizes):
             and abs(dy) < distance + way_length
             and math.hypot(dx, dy) < distance + way_length
         ):
-            put(hits_near, count, (dx, dy, math.hypot(dx, dy)))
-            count += 1
-    hits_near, bearing = hits_near[:count], math.atan2(uy, ux)
+            put(hits_near, near_count, (dx, dy, math.hypot(dx, dy)))
+            near_count += 1
+    hits_near, bearing = hits_near[:near_count], math.atan2(uy, ux)
     if _is_way_open(bearing, hits_near, distance, way_length):
         return ux, uy
     for k in range(1, int(FREE_HEADING_RANGE / STEP) + 1):
-        for step in (STEP, -STEP):
-            tried_bearing = bearing + k * step
+        for turn_step in (STEP, -STEP):
+            tried_bearing = bearing + k * turn_step
             if _is_way_open(tried_bearing, hits_near, distance, way_length) and _is_way_open(
-                tried_bearing + step, hits_near, distance, way_length
+                tried_bearing + turn_step, hits_near, distance, way_length
             ):
                 return math.cos(tried_bearing), math.sin(tried_bearing)
     return ux, uy

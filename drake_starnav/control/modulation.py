@@ -27,11 +27,11 @@ def evaluate_boundary(values, slopes, bearing_0, theta):
     samples = len(values)
     position = (theta - bearing_0) * samples / (2.0 * math.pi)
     sample_below = math.floor(position)
-    share = position - sample_below
+    sample_share = position - sample_below
     left_sample = int(sample_below) % samples
     right_sample = left_sample + 1 if left_sample + 1 < samples else 0
-    phi = (1.0 - share) * values[left_sample] + share * values[right_sample]
-    return phi, (1.0 - share) * slopes[left_sample] + share * slopes[right_sample]
+    phi = (1.0 - sample_share) * values[left_sample] + sample_share * values[right_sample]
+    return phi, (1.0 - sample_share) * slopes[left_sample] + sample_share * slopes[right_sample]
 
 
 @kernel
@@ -41,7 +41,7 @@ def modulate_direction(x, y, ux, uy, regions, radius):
     `regions` is a union, `radius` the robot's, m. The weights Gamma - 1 are continuous where the position enters or
     leaves a region. A unit vector; (ux, uy) itself where no region contains the position.
     """
-    sum_x = sum_y = total = 0.0
+    sum_x = sum_y = weight_sum = 0.0
     nearest_distance, farthest_distance = CENTER * radius, FARTHEST * radius
     center, bearing_0, values, slopes = regions.center, regions.bearing_0, regions.values, regions.slopes
     for k in range(len(center)):
@@ -72,8 +72,8 @@ def modulate_direction(x, y, ux, uy, regions, radius):
             weight = gamma - 1.0
             sum_x += weight * vx / length
             sum_y += weight * vy / length
-            total += weight
+            weight_sum += weight
     length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
-    if length < 1e-3 * total or total <= 0.0:
+    if length < 1e-3 * weight_sum or weight_sum <= 0.0:
         return ux, uy
     return sum_x / length, sum_y / length

@@ -51,8 +51,8 @@ def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
     x, y, yaw = pose
     path, arrives, regions = guidance
     regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
-    count = len(path)
-    if count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED * radius):
+    point_count = len(path)
+    if point_count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED * radius):
         return
     ux, uy, distance = guiding_vector(x, y, path, regions, radius)
     if ux == 0.0 and uy == 0.0:
@@ -60,7 +60,7 @@ def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
     ux, uy = find_free_heading(x, y, ux, uy, certificate[0], (radius, certificate[1]))
     velocity = find_velocity_towards(wrap_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     speed_limit = (
-        compute_goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and count == 1 else np.inf
+        compute_goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and point_count == 1 else np.inf
     )
     velocity = cap_speed(velocity, speed_limit)
     proposal[0], proposal[1] = ux, uy

@@ -83,9 +83,9 @@ def convert_to_twist(velocity: Velocity | np.ndarray, base: Base) -> np.ndarray:
 
 def list_straight_and_curved(length: float, turn: float) -> list[tuple]:
     """Return `motion_primitives` in both gears: straight on by a length (m), and 1.2 of it with turns (rad)."""
-    rows = []
+    primitives = []
     for gear in (1.0, -1.0):
         cost = 1.0 if gear > 0.0 else 1.2  # of a metre
-        rows.append((gear * length, 0.0, 0.0, cost * length, gear))
-        rows += [(gear * 1.2 * length, 0.0, side * turn, cost * 1.4 * length, gear) for side in (1.0, -1.0)]
-    return rows
+        primitives.append((gear * length, 0.0, 0.0, cost * length, gear))
+        primitives += [(gear * 1.2 * length, 0.0, side * turn, cost * 1.4 * length, gear) for side in (1.0, -1.0)]
+    return primitives

@@ -37,8 +37,8 @@ class Car(Differential):
         """Slower, and steering otherwise; last it steers standing."""
         v, bend = desired_twist
         steered_rates = [limit_value(bend + share * limits.max_yaw_rate, limits.max_yaw_rate) for share in BENDS]
-        rows = [(share * v, other) for share in SHARES[:6, 0] for other in steered_rates]
-        return np.array([*rows, (0.0, bend)])
+        proposed_twists = [(share * v, steered_rate) for share in SHARES[:6, 0] for steered_rate in steered_rates]
+        return np.array([*proposed_twists, (0.0, bend)])
 
     def twist_towards(
         self, ahead: float, aside: float, turn: float, gear: float, speed: float, limits: Limits

@@ -65,8 +65,12 @@ def compute_stopping_speed(distance, braking):
 
     In proportion at the end, without a jump of the deceleration, and never more than `braking`.
     """
-    soft = braking / STOPPING_GAIN**2
-    return STOPPING_GAIN * distance if distance < soft else math.sqrt(2.0 * braking * (distance - 0.5 * soft))
+    soft_distance = braking / STOPPING_GAIN**2
+    return (
+        STOPPING_GAIN * distance
+        if distance < soft_distance
+        else math.sqrt(2.0 * braking * (distance - 0.5 * soft_distance))
+    )
 
 
 @leaf
@@ -101,8 +105,8 @@ def cap_speed(velocity, speed):
     """The velocity with at most this speed ahead, m/s; one that leads aside keeps its direction."""
     if velocity.aside == 0.0:
         return Velocity(min(velocity.ahead, speed), 0.0, velocity.turning)
-    share = min(speed / math.hypot(velocity.ahead, velocity.aside), 1.0)
-    return Velocity(share * velocity.ahead, share * velocity.aside, velocity.turning)
+    speed_share = min(speed / math.hypot(velocity.ahead, velocity.aside), 1.0)
+    return Velocity(speed_share * velocity.ahead, speed_share * velocity.aside, velocity.turning)
 
 
 @register_jitable

@@ -135,11 +135,11 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, target: np.ndarray, actuation:
         actuation: what commands do.
     """
     numbers, samples = actuation.numbers, np.empty((SAMPLES, 6))  # made here: Numba takes longer to hand out an array
-    count, command_start, braking, within_grip = sample(pose, twist, target, numbers, samples)
-    if count > SAMPLES:
-        samples = np.empty((count, 6))
+    sample_count, command_start, braking, within_grip = sample(pose, twist, target, numbers, samples)
+    if sample_count > SAMPLES:
+        samples = np.empty((sample_count, 6))
         sample(pose, twist, target, numbers, samples)
-    return Motion(samples[:count], command_start, braking, within_grip, actuation.footprint)
+    return Motion(samples[:sample_count], command_start, braking, within_grip, actuation.footprint)
 
 
 @register_jitable
@@ -151,10 +151,10 @@ def ramp_value(value, target, change):
 @register_jitable
 def average_ramp(value, target, change):
     """The mean of the value while it is moved towards the target by at most `change`, which it may reach on the way."""
-    gap = abs(target - value)
-    if gap >= change:
+    speed_difference = abs(target - value)
+    if speed_difference >= change:
         return value + 0.5 * math.copysign(change, target - value)
-    return target - 0.5 * (target - value) * gap / change
+    return target - 0.5 * (target - value) * speed_difference / change
 
 
 @register_jitable
@@ -164,9 +164,9 @@ def convert_to_velocity(twist):
 
 
 @register_jitable
-def ramp_speed(speed, target, step, limits):
+def ramp_speed(speed, target, time_step, limits):
     """A speed after a step (s) towards a target, and its mean in the step; to change its sign it falls, then grows."""
-    growth, fall = limits.max_acceleration * step, limits.max_deceleration * step
+    growth, fall = limits.max_acceleration * time_step, limits.max_deceleration * time_step
     if growth == fall or speed * target >= 0.0 or abs(speed) >= fall:
         change = growth if speed * target >= 0.0 and abs(target) > abs(speed) else fall
         return ramp_value(speed, target, change), average_ramp(speed, target, change)
@@ -176,40 +176,44 @@ def ramp_speed(speed, target, step, limits):
 
 
 @leaf
-def ramp_velocity(current_velocity, target, step, limits):
+def ramp_velocity(current_velocity, target, time_step, limits):
     """The velocity after a step (s) towards a target, and the mean one of the step."""
-    turning_change = limits.max_yaw_acceleration * step
+    turning_change = limits.max_yaw_acceleration * time_step
     turning = ramp_value(current_velocity.turning, target.turning, turning_change)
     mean_turning = average_ramp(current_velocity.turning, target.turning, turning_change)
     if current_velocity.aside == 0.0 and target.aside == 0.0:
-        next_ahead, mean_ahead = ramp_speed(current_velocity.ahead, target.ahead, step, limits)
+        next_ahead, mean_ahead = ramp_speed(current_velocity.ahead, target.ahead, time_step, limits)
         return Velocity(next_ahead, 0.0, turning), Velocity(mean_ahead, 0.0, mean_turning)
     dx, dy = target.ahead - current_velocity.ahead, target.aside - current_velocity.aside
     change, slowest = max(math.hypot(dx, dy), 1e-12), 0.0
     if limits.max_acceleration != limits.max_deceleration:  # how far along the change the speed is least
         slowest = -(current_velocity.ahead * dx + current_velocity.aside * dy) / change
-    end, mean = ramp_speed(-slowest, change - slowest, step, limits)
-    end, mean = (end + slowest) / change, (mean + slowest) / change
-    next_velocity = Velocity(current_velocity.ahead + end * dx, current_velocity.aside + end * dy, turning)
-    return next_velocity, Velocity(current_velocity.ahead + mean * dx, current_velocity.aside + mean * dy, mean_turning)
+    end_speed, mean_speed = ramp_speed(-slowest, change - slowest, time_step, limits)
+    end_share, mean_share = (end_speed + slowest) / change, (mean_speed + slowest) / change
+    next_velocity = Velocity(current_velocity.ahead + end_share * dx, current_velocity.aside + end_share * dy, turning)
+    return next_velocity, Velocity(
+        current_velocity.ahead + mean_share * dx, current_velocity.aside + mean_share * dy, mean_turning
+    )
 
 
 @leaf
-def integrate_step(pose, mean, step, limits):
+def integrate_step(pose, mean_velocity, time_step, limits):
     """Return the pose after a step (s) at mean rates."""
-    way, side, turn = mean.ahead * step, mean.aside * step, mean.turning * step
+    way = mean_velocity.ahead * time_step
+    side = mean_velocity.aside * time_step
+    turn = mean_velocity.turning * time_step
     if limits.steers > 0.0:
-        turn = mean.turning * way
-    middle = pose.yaw + 0.5 * turn
-    cosine, sine = math.cos(middle), math.sin(middle)
+        turn = mean_velocity.turning * way
+    middle_yaw = pose.yaw + 0.5 * turn
+    cosine, sine = math.cos(middle_yaw), math.sin(middle_yaw)
     return Pose(pose.x + way * cosine - side * sine, pose.y + way * sine + side * cosine, pose.yaw + turn)
 
 
 @leaf
-def advance_pose(pose, velocity, target, step, limits):
+def advance_pose(pose, velocity, target, time_step, limits):
     """Return pose and velocity after a step (s) towards a target velocity, at its mean rates."""
-    next_velocity, mean = ramp_velocity(velocity, target, step, limits)
-    return integrate_step(pose, mean, step, limits), next_velocity
+    next_velocity, mean_velocity = ramp_velocity(velocity, target, time_step, limits)
+    return integrate_step(pose, mean_velocity, time_step, limits), next_velocity
 
 
 @leaf
@@ -243,13 +247,13 @@ def sample(pose, twist, target, numbers, samples):
         ((current_velocity, delay), (target_velocity, hold), (Velocity(0.0, 0.0, 0.0), np.inf))
     ):
         put(legs, k, (each.ahead, each.aside, each.turning, leg_duration))
-    count = simulate_legs(
+    sample_count = simulate_legs(
         Pose(pose[0], pose[1], pose[2]), current_velocity, legs, (limits, lever, spacing), samples, leg_starts
     )
     command_start, within_grip = leg_starts[1], True
-    for k in range(command_start + 1, min(count, len(samples))):
+    for k in range(command_start + 1, min(sample_count, len(samples))):
         within_grip = within_grip and not is_sliding(samples[k, 3], samples[k, 4], limits)
-    return count, command_start, leg_starts[2], within_grip
+    return sample_count, command_start, leg_starts[2], within_grip
 
 
 @kernel
@@ -267,9 +271,9 @@ def simulate_legs(pose, velocity, legs, drive, samples, leg_starts):
     limits, lever, spacing = drive
     speed, rate = body_rates(velocity, limits)
     put(samples, np.int64(0), (pose.x, pose.y, pose.yaw, speed, rate, 0.0))
-    count, time = 1, 0.0
+    sample_count, time = 1, 0.0
     for j in range(len(legs)):
-        leg_starts[j], time_left = count - 1, legs[j, 3]
+        leg_starts[j], time_left = sample_count - 1, legs[j, 3]
         target_velocity = Velocity(legs[j, 0], legs[j, 1], legs[j, 2])
         if time_left == np.inf and limits.steers > 0.0:
             target_velocity = Velocity(target_velocity.ahead, target_velocity.aside, velocity.turning)
@@ -290,9 +294,9 @@ def simulate_legs(pose, velocity, legs, drive, samples, leg_starts):
             pose, velocity = advance_pose(pose, velocity, target_velocity, step, limits)
             speed, rate = body_rates(velocity, limits)
             time += step
-            put(samples, min(count, len(samples) - 1), (pose.x, pose.y, pose.yaw, speed, rate, time))
-            count += 1
-    return count
+            put(samples, min(sample_count, len(samples) - 1), (pose.x, pose.y, pose.yaw, speed, rate, time))
+            sample_count += 1
+    return sample_count
 
 
 def predict_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Limits) -> np.ndarray:
@@ -309,8 +313,13 @@ def predict_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Li
     legs = pending.copy()
     legs[:1, 3] -= legs[:, 3].sum() - delay
     at_once = limits._replace(max_acceleration=math.inf, max_deceleration=math.inf, max_yaw_acceleration=math.inf)
-    leg_starts, end = np.empty(len(legs), np.int64), np.empty((1, 6))
+    leg_starts, end_sample = np.empty(len(legs), np.int64), np.empty((1, 6))
     simulate_legs(
-        Pose(*map(float, pose)), convert_to_velocity(legs[0, :3]), legs, (at_once, 0.0, math.inf), end, leg_starts
+        Pose(*map(float, pose)),
+        convert_to_velocity(legs[0, :3]),
+        legs,
+        (at_once, 0.0, math.inf),
+        end_sample,
+        leg_starts,
     )
-    return end[0, :3]
+    return end_sample[0, :3]

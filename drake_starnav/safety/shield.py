@@ -46,8 +46,8 @@ def shield_twist(
 def _can_drive(pose, twist, target, numbers, star, places, driven_twist):
     """Return whether a star covers the motion to a target, and wheels grip; then write the `driven_twist` after it."""
     samples = np.empty((SAMPLES, 6))
-    count, _, _, within_grip = sample(pose, twist, target, numbers, samples)
-    if count > SAMPLES or not within_grip or not star_covers(star, samples[:count], places):
+    sample_count, _, _, within_grip = sample(pose, twist, target, numbers, samples)
+    if sample_count > SAMPLES or not within_grip or not star_covers(star, samples[:sample_count], places):
         return False
     next_velocity, _ = ramp_velocity(
         convert_to_velocity(twist), convert_to_velocity(target), numbers[1], Limits(*numbers[4:])

@@ -117,10 +117,10 @@ class GoalSequence(LeafSystem):
         self._goals = [tuple(map(float, goal)) for goal in goals]
         self._room = TurningRoom.of(base, footprint or disc(0.0), tolerance)
         self._state = self.DeclareVectorInputPort("state", 5)
-        names = "goal", "heading", "reached"
-        values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
-        self._indices = [self.DeclareDiscreteState(np.array(value)) for value in values]
-        for name, index in zip(names, self._indices, strict=True):
+        state_names = "goal", "heading", "reached"
+        initial_values = self._goals[0][:2], (math.nan,), np.full(len(goals), math.nan)
+        self._indices = [self.DeclareDiscreteState(np.array(value)) for value in initial_values]
+        for name, index in zip(state_names, self._indices, strict=True):
             self.DeclareStateOutputPort(name, index)
         self.DeclarePeriodicDiscreteUpdateEvent(check_period(self, period=period), 0.0, self._check)
 
