@@ -296,8 +296,8 @@ def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, 
         scan_times: now, and since the last scan, s.
         limits: max_speed and max_radius.
     """
-    (previous_sensor, sensor_position) = sensor_positions
-    (time, step) = scan_times
+    previous_sensor, sensor_position = sensor_positions
+    time, step = scan_times
     radius = rows.radius[k]
     position = rows.position[k]
     if cluster.is_whole:

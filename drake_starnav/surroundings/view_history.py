@@ -112,8 +112,8 @@ def _select_views(latest, past, flags, position, least, lengths):
     `flags` are whether the last one is the initial free disc, and whether views from one place count, too, since each
     saw what others lost; `least` time, s, way, m, and turn, rad, count, and `lengths` are reach and spacing, m.
     """
-    (has_disc, has_lost_beams) = flags
-    (reach, spacing) = lengths
+    has_disc, has_lost_beams = flags
+    reach, spacing = lengths
     count = len(latest)
     rows = np.concatenate((latest, past))
     counts, older, end = np.ones(len(rows), np.bool_), 2 * count, len(rows) - has_disc
