@@ -274,14 +274,12 @@ def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, 
     """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
     assert navigation.controller is not None and navigation.shield is not None
     sources = {"twist_command": navigation.twist_command} | find_control_sources(builder, config, navigation)
-    own = _make_own_system(parts.controller) is not None
+    own = navigation.controller is parts.controller
     if not own and "guidance" not in sources:
         names = ", ".join(list_outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")
-    if own:
-        connect_inputs(builder, navigation.controller, _find_own_sources(builder, navigation), "controller")
-    else:
-        connect_inputs(builder, navigation.controller, sources, "controller")
+    controller_sources = _find_own_sources(builder, navigation) if own else sources
+    connect_inputs(builder, navigation.controller, controller_sources, "controller")
     sources["desired_twist"] = find_output_port(
         navigation.controller, "desired_twist", navigation.twist_size, "controller"
     )
