@@ -71,7 +71,7 @@ BODIES = {
 
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("name", BODIES)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=seeds, hunters=st.booleans())
 def test_discs_within_the_declared_speed_never_touch_a_point_of_a_robot_that_moves(
     name: str, base: str, seed: int, hunters: bool

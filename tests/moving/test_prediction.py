@@ -63,8 +63,8 @@ def test_an_empty_hall_hides_nothing() -> None:
     assert len(find_occlusion_points(cast(hall()), np.zeros(3))) == 0
 
 
-@pytest.mark.parametrize("speed", [0.8, 1.5])
-@pytest.mark.parametrize("lead", [0.4, 0.7, 0.95])
+@pytest.mark.parametrize("speed", [0.8, 1.2, 1.5])
+@pytest.mark.parametrize("lead", [0.4, 0.6, 0.7, 0.8, 0.95])
 def test_one_that_comes_out_of_hiding_is_not_run_into(speed: float, lead: float) -> None:
     """It waits behind a partition, and comes round its end for the robot that is so much before it, m."""
     wall = np.array([(0.0, 0.3), (0.12, 0.3), (0.12, 2.5), (0.0, 2.5)])

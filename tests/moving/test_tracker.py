@@ -93,7 +93,7 @@ def coming(rng: np.random.Generator) -> tuple[Polygon, LineString, float]:
 @pytest.mark.parametrize(
     ("lidars", "ages"), [(CENTRE, (0.0,)), (CORNERS, (0.0, 0.0)), (CORNERS, (0.0, 0.1)), (CORNERS, (0.2, 0.0))], ids=str
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(seed=seeds)
 def test_what_comes_to_the_robot_was_reachable_whoever_saw_it(lidars: tuple, ages: tuple, seed: int) -> None:
     """Be it seen by one lidar, by both or by none: a reachable disc is at the robot no later than the obstacle."""
