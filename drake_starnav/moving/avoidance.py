@@ -146,6 +146,9 @@ class Movers(NamedTuple):
 class Scene(NamedTuple):
     """What the rollouts share.
 
+    What loops call is handed only what it reads of it: Numba would count the references to all of it at each call,
+    which takes a third of the time.
+
     Attributes:
         line: shape (n, 2), the robot's place and the way points, W, m.
         times_left: shape (n,), time from each way point to the end, as from `compute_times_along`, s.
@@ -335,7 +338,7 @@ def begin_manoeuvres(manoeuvres, start, scene):
     rollout = start[0]
     continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, np.inf, rollouts)
     for m in range(len(manoeuvres)):
-        wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene)
+        wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene.line, limits, scene.radius, scene.slowdown)
         forward_speed = limit_value(wanted_velocity.ahead, limits.max_speed)
         sideways_speed = limit_value(wanted_velocity.aside, limits.max_speed)
         turning_rate = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
@@ -421,7 +424,7 @@ def continue_rollout(start, manoeuvres, discs, scene, most_cost, rollouts):
             if leaders[m] == m and not rollouts[m].is_over:
                 drive_step(rollouts[m], velocities, m, scene)
                 add_nearness(rollouts[m], discs, s + 1, radius)
-                note_arrival(rollouts[m], scene)
+                note_arrival(rollouts[m], scene.line, radius, scene.slowdown)
     for m in range(n):
         if leaders[m] < m:
             rollouts[m] = rollouts[leaders[m]]
@@ -439,12 +442,14 @@ def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities
     brakes, last_leaders = np.zeros(n, np.bool_), leaders.copy()
     for m in range(n):
         if leaders[m] == m and not rollouts[m].is_over:
-            brakes[m] = must_brake(rollouts[m], discs, s, scene)
+            brakes[m] = must_brake(rollouts[m], discs, s, scene.movers, limits, scene.radius)
     for m in range(n):
         last_leader = last_leaders[m]
         if rollouts[last_leader].is_over:
             continue
-        wanted_velocity = choose_velocity(manoeuvres[m], rollouts[last_leader], scene)
+        wanted_velocity = choose_velocity(
+            manoeuvres[m], rollouts[last_leader], scene.line, limits, scene.radius, scene.slowdown
+        )
         if brakes[last_leader]:
             wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
         velocity, mean = ramp_velocity(read_end_velocity(rollouts[last_leader]), wanted_velocity, STEP, limits)
@@ -478,14 +483,13 @@ def drive_step(rollout, velocities, m, scene):
 
 
 @leaf
-def note_arrival(rollout, scene):
+def note_arrival(rollout, line, radius, slowdown):
     """Note when a rollout has first been at the end of the path; there it is over if that is a frontier."""
-    line = scene.line
     dx, dy = line[-1, 0] - rollout.x, line[-1, 1] - rollout.y
-    is_near = dx * dx + dy * dy < (ARRIVED_WITHIN * scene.radius) * (ARRIVED_WITHIN * scene.radius)
+    is_near = dx * dx + dy * dy < (ARRIVED_WITHIN * radius) * (ARRIVED_WITHIN * radius)
     if is_near and not rollout.is_over and rollout.way_point == len(line) - 1:
         rollout.arrival_time = min(rollout.arrival_time, rollout.time)
-        rollout.is_over = scene.slowdown == np.inf  # where exploration continues
+        rollout.is_over = slowdown == np.inf  # where exploration continues
 
 
 @leaf
@@ -519,33 +523,33 @@ def read_end_velocity(rollout):
 
 
 @leaf
-def choose_velocity(manoeuvre, rollout, scene):
+def choose_velocity(manoeuvre, rollout, line, limits, radius, slowdown):
     """Return the `Velocity` that a manoeuvre wants at the end of a rollout."""
-    speed, k, line, limits = manoeuvre.speed, rollout.way_point, scene.line, scene.limits
+    speed, k = manoeuvre.speed, rollout.way_point
     if manoeuvre.kind == KEEP_VELOCITY:
         return Velocity(manoeuvre.ahead, manoeuvre.aside, manoeuvre.turning)
     if manoeuvre.kind == DRIVE_IN_DIRECTION:
         course = manoeuvre.heading if speed > 0.0 else manoeuvre.heading + math.pi
         return find_velocity_towards(wrap_angle(course - rollout.yaw), speed, limits)
     dx, dy = line[k, 0] - rollout.x, line[k, 1] - rollout.y
-    is_last, arrival_distance = k == len(line) - 1, ARRIVED_WITHIN * scene.radius
+    is_last, arrival_distance = k == len(line) - 1, ARRIVED_WITHIN * radius
     if dx * dx + dy * dy < (arrival_distance * arrival_distance if is_last else 1e-12):
         return Velocity(0.0, 0.0, 0.0)
     wanted_velocity = find_velocity_towards(wrap_angle(math.atan2(dy, dx) - rollout.yaw), speed, limits)
     if is_last:
-        wanted_velocity = cap_speed(wanted_velocity, scene.slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
+        wanted_velocity = cap_speed(wanted_velocity, slowdown * math.hypot(dx, dy) + limits.max_speed / CREEP)
     return wanted_velocity
 
 
 @leaf
-def must_brake(rollout, discs, s, scene):
+def must_brake(rollout, discs, s, movers, limits, radius):
     """Return whether a robot that brakes fully might be touched before it stops, by discs as predicted at step s.
 
     Or, from the next step on, by what might start; that is noted as `is_held`. Checked at half the braking time and at
     its end, for all discs, whether it approaches them or not: a robot that only watches those ahead is soon surrounded.
     """
-    movers, limits, robot_speed, driving_direction = scene.movers, scene.limits, rollout.ahead, rollout.yaw
-    starters, radius, caution = movers.may_start, scene.radius, movers.caution
+    robot_speed, driving_direction = rollout.ahead, rollout.yaw
+    starters, caution = movers.may_start, movers.caution
     if rollout.aside != 0.0:
         robot_speed = math.hypot(rollout.ahead, rollout.aside)
         driving_direction += math.atan2(rollout.aside, rollout.ahead)

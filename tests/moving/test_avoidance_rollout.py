@@ -83,7 +83,7 @@ def driven(start: np.ndarray, manoeuvre: np.ndarray, steps: int, among: Scene) -
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
 def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
-    wants = begin(0.0, limits)[0], scene(limits=limits)
+    wants = begin(0.0, limits)[0], LINE, limits, RADIUS, 1.2
     assert choose_velocity(keep(0.3, 0.1, -0.5)[0], *wants) == (0.3, 0.1, -0.5)
     assert choose_velocity(follow()[0], *wants) == pytest.approx((0.8, 0.0, 0.0))
     assert choose_velocity(head(math.pi, -0.8)[0], *wants) == pytest.approx((-0.8, 0.0, 0.0))
