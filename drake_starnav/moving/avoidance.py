@@ -31,7 +31,7 @@ import numpy as np
 
 from drake_starnav.control.inputs import ControllerInputs
 from drake_starnav.control.path_following import CREEP, compute_goal_slowdown
-from drake_starnav.geometry.compiled import kernel, leaf, put
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.moving.certificate import MOVING_MARGIN, STANDING_SPEED
 from drake_starnav.moving.driving_times import (
     compute_time_to_escape,
@@ -82,9 +82,9 @@ MANOEUVRE = np.dtype(
     [("kind", np.int64), *((name, np.float64) for name in ("speed", "heading", "ahead", "aside", "turning"))]
 )
 """What the robot may do next: follow the path at a speed, keep a `Velocity`, or drive in a direction at a speed."""
-DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "reach", "hazard")])
-"""A mover at one time: its place and velocity in W, its radius; how far it may come in a second, and, if it turns to
-the robot, before that has left; m and m/s."""
+DISC = np.dtype([(name, np.float64) for name in ("x", "y", "vx", "vy", "radius", "hazard")])
+"""A mover at one time: its place and velocity in W, its radius, and how far it comes, if it turns to the robot, before
+that has left; m and m/s."""
 ROLLOUT = np.dtype(
     [
         *((name, np.float64) for name in ("x", "y", "yaw", "ahead", "aside", "turning")),
@@ -242,7 +242,7 @@ def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene
         scene: what the rollouts share.
     """
     rollout, discs = start.copy(), predict_discs(scene, 0.0, round(HORIZON / STEP))
-    continue_rollout(start[0], follow_path, discs, scene, np.inf, rollout)
+    continue_rollout(start[0], follow_path, discs, scene, rollout)
     last_rollout = rollout[0]
     return bool(last_rollout["comfort_cost"] + last_rollout["risk"] <= CHANGE_WEIGHT and not last_rollout["is_held"])
 
@@ -276,7 +276,7 @@ def find_velocity_around(pose: np.ndarray, path: np.ndarray, scene: Scene, robot
     path_vector = path[0] - pose[:2]
     velocity = robot.max_speed * path_vector / max(math.hypot(*path_vector), 1e-9)
     movers = scene.movers
-    inflated_radii = movers.radius + robot.radius + scene.movers.spacing
+    inflated_radii = movers.radius + robot.radius + movers.spacing
     modulated_velocity = modulate_around_movers(pose[:2], velocity, movers.position, movers.velocity, inflated_radii)
     return modulated_velocity if math.hypot(*modulated_velocity) > STANDING_SPEED else None
 
@@ -286,8 +286,7 @@ def make_initial_rollout(pose: np.ndarray, twist: np.ndarray, scene: Scene) -> n
     rollout = np.zeros(1, ROLLOUT)
     rollout["x"], rollout["y"], rollout["yaw"] = pose
     rollout["ahead"], rollout["aside"], rollout["turning"] = convert_to_velocity(twist)
-    rollout["way_point"] = 1
-    rollout["arrival_time"] = np.inf
+    rollout["way_point"], rollout["arrival_time"] = 1, np.inf
     rollout["clearance"] = rollout["least_clearance"] = measure_clearance(pose[0], pose[1], scene)
     return rollout
 
@@ -325,7 +324,6 @@ def predict_discs(scene, start_time, steps):
             speed = math.hypot(dx, dy) / PREDICTION_STEP
             disc.x, disc.y, disc.radius = x + share * dx, y + share * dy, radius[j]
             disc.vx, disc.vy = dx / PREDICTION_STEP, dy / PREDICTION_STEP
-            disc.reach = (1.0 - scene.movers.caution) * speed + scene.movers.caution * scene.movers.max_speed
             disc.hazard = speed * escape_time[j]
         start_time += STEP
     return discs
@@ -336,7 +334,7 @@ def begin_manoeuvres(manoeuvres, start, scene):
     """Return the velocities (n, 3) with which manoeuvres begin, within the robot's limits, and their rollouts (n,)."""
     velocities, rollouts, limits = np.empty((len(manoeuvres), 3)), np.empty(len(manoeuvres), ROLLOUT), scene.limits
     rollout = start[0]
-    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, np.inf, rollouts)
+    continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, rollouts)
     for m in range(len(manoeuvres)):
         wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene.line, limits, scene.radius, scene.slowdown)
         forward_speed = limit_value(wanted_velocity.ahead, limits.max_speed)
@@ -364,8 +362,7 @@ def search_rollouts(manoeuvres, rollouts, scene):
         rollouts = np.empty(len(continued_indices) * manoeuvre_count, ROLLOUT)
         for k in range(len(continued_indices)):
             continuations = rollouts[k * manoeuvre_count : (k + 1) * manoeuvre_count]
-            most_cost = least_found if is_last_segment else np.inf
-            continue_rollout(generation[continued_indices[k]], manoeuvres, discs, scene, most_cost, continuations)
+            continue_rollout(generation[continued_indices[k]], manoeuvres, discs, scene, continuations)
             best_manoeuvre, least_found = find_best_result(continuations, is_last_segment, best_manoeuvre, least_found)
     return best_manoeuvre
 
@@ -407,69 +404,42 @@ def select_best_rollouts(rollouts, scene):
 
 
 @kernel
-def continue_rollout(start, manoeuvres, discs, scene, most_cost, rollouts):
-    """Simulate a segment of each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
+def continue_rollout(start, manoeuvres, discs, scene, rollouts):
+    """Simulate each manoeuvre (n,) from `start` on, over the steps of `discs`, into `rollouts` (n,).
 
-    Limits make many manoeuvres begin alike: of those with the same velocities so far the first one, the leader, is
-    simulated for all. A rollout ends early if the robot is touched or reaches a frontier. None is simulated if the
-    least cost exceeds `most_cost`, s.
+    A rollout ends early if the robot is touched or reaches a frontier.
     """
-    n, radius = len(manoeuvres), scene.radius
-    leaders, velocities = np.zeros(n, np.int64), np.empty((n, 6))
-    rollouts[0] = start
-    steps = len(discs) - 1 if most_cost == np.inf or compute_least_cost(start, scene) < most_cost else 0
-    for s in range(steps):
-        choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities)
-        for m in range(n):
-            if leaders[m] == m and not rollouts[m].is_over:
-                drive_step(rollouts[m], velocities, m, scene)
-                add_nearness(rollouts[m], discs, s + 1, radius)
-                note_arrival(rollouts[m], scene.line, radius, scene.slowdown)
-    for m in range(n):
-        if leaders[m] < m:
-            rollouts[m] = rollouts[leaders[m]]
-        else:
-            rollouts[m].cost = compute_total_cost(rollouts[m], discs, scene)
+    line, limits, radius, slowdown = scene.line, scene.limits, scene.radius, scene.slowdown
+    for m in range(len(manoeuvres)):
+        rollouts[m] = start
+        rollout = rollouts[m]
+        for s in range(len(discs) - 1):
+            if rollout.is_over:
+                break
+            wanted_velocity = choose_velocity(manoeuvres[m], rollout, line, limits, radius, slowdown)
+            if must_brake(rollout, discs, s, scene.movers, limits, radius):
+                wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
+            drive_step(rollout, wanted_velocity, scene)
+            add_nearness(rollout, discs, s + 1, radius)
+            note_arrival(rollout, line, radius, slowdown)
+        rollout.cost = compute_total_cost(rollout, discs, scene)
 
 
 @leaf
-def choose_velocities(rollouts, manoeuvres, discs, s, scene, leaders, velocities):
-    """Write what rollouts (n,) drive next: the velocities (n, 6) at the end of step s and their mean, and the leaders.
-
-    A rollout that begins to differ from its leader's is copied from that.
-    """
-    n, limits = len(manoeuvres), scene.limits
-    brakes, last_leaders = np.zeros(n, np.bool_), leaders.copy()
-    for m in range(n):
-        if leaders[m] == m and not rollouts[m].is_over:
-            brakes[m] = must_brake(rollouts[m], discs, s, scene.movers, limits, scene.radius)
-    for m in range(n):
-        last_leader = last_leaders[m]
-        if rollouts[last_leader].is_over:
-            continue
-        wanted_velocity = choose_velocity(
-            manoeuvres[m], rollouts[last_leader], scene.line, limits, scene.radius, scene.slowdown
-        )
-        if brakes[last_leader]:
-            wanted_velocity = Velocity(0.0, 0.0, wanted_velocity.turning)
-        velocity, mean = ramp_velocity(read_end_velocity(rollouts[last_leader]), wanted_velocity, STEP, limits)
-        put(velocities, m, (velocity.ahead, velocity.aside, velocity.turning, mean.ahead, mean.aside, mean.turning))
-        leaders[m] = find_leader(velocities, last_leaders, m)
-        if leaders[m] == m != last_leader:
-            rollouts[m] = rollouts[last_leader]
-
-
-@leaf
-def drive_step(rollout, velocities, m, scene):
-    """Drive a rollout for a step with number m of some velocities (n, 6).
+def drive_step(rollout, wanted_velocity, scene):
+    """Drive a rollout for a step towards a `Velocity`.
 
     It stays where it is if the step leads out of known free space, unless away from hits.
     """
-    star = scene.star
-    mean = Velocity(velocities[m, 3], velocities[m, 4], velocities[m, 5])
-    pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean, STEP, scene.limits)
-    rollout.yaw, rollout.turning = pose.yaw, velocities[m, 2]
-    rollout.ahead, rollout.aside = velocities[m, 0], velocities[m, 1]
+    star, limits = scene.star, scene.limits
+    velocity, mean_velocity = ramp_velocity(read_end_velocity(rollout), wanted_velocity, STEP, limits)
+    pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean_velocity, STEP, limits)
+    rollout.yaw, rollout.turning, rollout.ahead, rollout.aside = (
+        pose.yaw,
+        velocity.turning,
+        velocity.ahead,
+        velocity.aside,
+    )
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
     is_free = is_free or find_covering_region(scene.regions, pose.x, pose.y, 0.0) >= 0
     clearance = measure_clearance(pose.x, pose.y, scene)
@@ -501,19 +471,8 @@ def compute_total_cost(rollout, discs, scene):
         comfort_cost = max(comfort_cost, compute_comfort_to_go(rollout, discs, scene))
         pose, velocity = Pose(rollout.x, rollout.y, rollout.yaw), read_end_velocity(rollout)
         time = rollout.time + compute_time_to_go(line, scene.times_left, rollout.way_point, pose, velocity, limits)
-    return comfort_cost + rollout.risk + compute_wall_cost(rollout, radius) + time + rollout.change_cost
-
-
-@leaf
-def find_leader(velocities, leaders, m):
-    """Return the first manoeuvre that has had the leader of number m and takes the same velocities (n, 6) next."""
-    for k in range(leaders[m], m):
-        is_same = leaders[k] == leaders[m]
-        for i in range(6):
-            is_same = is_same and velocities[m, i] == velocities[k, i]
-        if is_same:
-            return k
-    return m
+    wall_cost = WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
+    return comfort_cost + rollout.risk + wall_cost + time + rollout.change_cost
 
 
 @leaf
@@ -557,9 +516,7 @@ def must_brake(rollout, discs, s, movers, limits, radius):
         return False
     braking, mover_speed = math.copysign(limits.max_deceleration, robot_speed), movers.max_speed
     stopping_time, needed_distance = abs(robot_speed) / limits.max_deceleration, radius + movers.spacing
-    cosine = sine = 0.0
-    if len(starters):
-        cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
+    cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
     for share in (0.5, 1.0):
         t = share * stopping_time
         way = robot_speed * (t + STEP) - 0.5 * braking * t * t
@@ -572,11 +529,6 @@ def must_brake(rollout, discs, s, movers, limits, radius):
     needed_distance += MOVING_MARGIN * radius  # twice the margin: tracks err more than hits
     for j in range(discs.shape[1]):
         disc = discs[s, j]
-        reach_distance = needed_distance + disc.radius + (0.5 * abs(robot_speed) + disc.reach) * stopping_time + 1e-9
-        if (rollout.x - disc.x) ** 2 + (rollout.y - disc.y) ** 2 > reach_distance * reach_distance:
-            continue
-        if not (cosine or sine):
-            cosine, sine = math.cos(driving_direction), math.sin(driving_direction)
         for share in (0.5, 1.0):
             t = share * stopping_time
             way = robot_speed * t - 0.5 * braking * t * t
@@ -635,21 +587,6 @@ def compute_comfort_to_go(rollout, discs, scene):
         certainty = max(1.0 - 0.5 * (rollout.time + closest_time) / HORIZON, 0.0)
         comfort_cost = max(comfort_cost, CONTACT_COST * lost_share * lost_share * certainty)
     return comfort_cost
-
-
-@leaf
-def compute_least_cost(rollout, scene):
-    """Return what a rollout costs at least, however it goes on, s."""
-    distance = math.hypot(scene.line[-1, 0] - rollout.x, scene.line[-1, 1] - rollout.y)
-    way = max(distance - ARRIVED_WITHIN * scene.radius, 0.0)
-    time = min(rollout.arrival_time, rollout.time + way / scene.limits.max_speed)
-    return rollout.comfort_cost + rollout.risk + compute_wall_cost(rollout, scene.radius) + rollout.change_cost + time
-
-
-@leaf
-def compute_wall_cost(rollout, radius):
-    """Return what a rollout costs for its least clearance to static obstacles, s."""
-    return WALL_COST * (1.0 - rollout.least_clearance / (WALL_ZONE * radius)) ** 2
 
 
 @leaf

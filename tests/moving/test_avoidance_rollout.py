@@ -77,7 +77,7 @@ def head(heading: float, speed: float = 0.8) -> np.ndarray:
 
 def driven(start: np.ndarray, manoeuvre: np.ndarray, steps: int, among: Scene) -> np.void:
     rollouts = start.copy()
-    continue_rollout(start[0], manoeuvre, predict_discs(among, 0.0, steps), among, np.inf, rollouts)
+    continue_rollout(start[0], manoeuvre, predict_discs(among, 0.0, steps), among, rollouts)
     return rollouts[0]
 
 
@@ -181,15 +181,3 @@ def test_who_turns_slowly_or_drives_off_slowly_needs_longer_to_escape() -> None:
     slow = [LIMITS._replace(max_yaw_rate=0.5), LIMITS._replace(max_acceleration=0.3, max_deceleration=0.3)]
     assert times[0] == pytest.approx((0.5 + 0.32) / 0.8)
     assert times[0] < times[1] < min(compute_time_to_escape(0.5, limits) for limits in slow)
-
-
-@pytest.mark.parametrize("limits", BASES.values(), ids=BASES)
-def test_manoeuvres_that_begin_alike_are_driven_as_if_each_were_alone(limits: Limits) -> None:
-    headings = [head(float(heading), speed) for heading in range(-3, 4) for speed in (0.8, -0.8)]
-    manoeuvres = [follow(), keep(0.8), follow(0.4), keep(0.8), *headings]
-    start, among = begin(0.1, limits), scene((0.9, 0.1), limits=limits)
-    rollouts = np.repeat(start, len(manoeuvres))
-    together = np.concatenate(manoeuvres)
-    continue_rollout(start[0], together, predict_discs(among, 0.0, 30), among, np.inf, rollouts)
-    assert np.array_equal(rollouts, np.array([driven(start, manoeuvre, 30, among) for manoeuvre in manoeuvres]))
-    assert rollouts[1] == rollouts[3] and len({float(row["cost"]) for row in rollouts}) > len(manoeuvres) // 2
