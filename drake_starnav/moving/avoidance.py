@@ -434,12 +434,8 @@ def drive_step(rollout, wanted_velocity, scene):
     star, limits = scene.star, scene.limits
     velocity, mean_velocity = ramp_velocity(read_end_velocity(rollout), wanted_velocity, STEP, limits)
     pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean_velocity, STEP, limits)
-    rollout.yaw, rollout.turning, rollout.ahead, rollout.aside = (
-        pose.yaw,
-        velocity.turning,
-        velocity.ahead,
-        velocity.aside,
-    )
+    rollout.yaw, rollout.turning = pose.yaw, velocity.turning
+    rollout.ahead, rollout.aside = velocity.ahead, velocity.aside
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
     is_free = is_free or find_covering_region(scene.regions, pose.x, pose.y, 0.0) >= 0
     clearance = measure_clearance(pose.x, pose.y, scene)
