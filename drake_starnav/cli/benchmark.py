@@ -76,10 +76,10 @@ def parse_world_numbers(text: str) -> list[int]:
     """Numbers and ranges as in "3,7,20-29", in ascending order, each once."""
     numbers: set[int] = set()
     for part in text.split(","):
-        first_text, has_range, last_text = part.partition("-")
-        if not first_text.strip().isdecimal() or (has_range and not last_text.strip().isdecimal()):
+        first_text, dash, last_text = part.partition("-")
+        if not first_text.strip().isdecimal() or (dash and not last_text.strip().isdecimal()):
             raise StarnavError(f"--worlds is {shown(text)}; allowed: numbers and ranges, e.g. 0-149 or 3,7,20-29")
-        first_number, last_number = int(first_text), int(last_text if has_range else first_text)
+        first_number, last_number = int(first_text), int(last_text if dash else first_text)
         if not first_number <= last_number < first_number + MOST_TRIALS:
             raise StarnavError(f"--worlds has {shown(part)}; allowed: an ascending range of at most {MOST_TRIALS}")
         numbers.update(range(first_number, last_number + 1))

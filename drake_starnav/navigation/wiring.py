@@ -97,12 +97,12 @@ def add_navigation(
             check_start(world, scenario, station.mounts, config.margins.safety)
     goal = add_system(builder, "goal", parts.goal or _read_goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal)
-    if _asks_for_planning(parts, navigation):
+    own_controller = _make_own_system(parts.controller)
+    if _asks_for_planning(parts, own_controller, navigation):
         navigation = _add_planning(builder, config, parts, _add_perception(builder, config, navigation))
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
     shield = parts.shield or _make_shield(config, parts)
-    own_controller = _make_own_system(parts.controller)
     controller = add_system(builder, "controller", own_controller or _make_controller(config), "controller")
     if isinstance(controller, Controller):
         if controller.needs_lidar_on_axis:
@@ -117,12 +117,11 @@ def add_navigation(
     return navigation
 
 
-def _asks_for_planning(parts: Parts, navigation: Navigation) -> bool:
+def _asks_for_planning(parts: Parts, own_controller: System | None, navigation: Navigation) -> bool:
     """Whether anything reads what perception or planner say: not so for a lone controller that knows other inputs."""
-    controller = _make_own_system(parts.controller)
-    if parts.certified or parts.planner is not None or parts.perception is not None or controller is None:
+    if parts.certified or parts.planner is not None or parts.perception is not None or own_controller is None:
         return True
-    inputs = {controller.get_input_port(k).get_name() for k in range(controller.num_input_ports())}
+    inputs = {own_controller.get_input_port(k).get_name() for k in range(own_controller.num_input_ports())}
     return not inputs <= {*navigation.signals, "twist_command", "world"}
 
 

@@ -75,7 +75,7 @@ def select_drive(log: Log, scenario: Scenario) -> LoggedDrive:
 def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
     """Beams, limits, rate, noise, lost beams and delay of the lidar, by the keys of `lidar`."""
     scan_times = np.array([scan.time for _, scan in log.scans])
-    scan_interval = min(len(scan_times) - 1, LEAST_SCANS)  # as they may come by the raster of something else
+    scan_stride = min(len(scan_times) - 1, LEAST_SCANS)  # as they may come by the raster of something else
     scan_delays = np.array([arrival_time - scan.time for arrival_time, scan in log.scans])
     last = log.scans[-1][1]
     ranges = np.array([scan.ranges for _, scan in log.scans if len(scan.ranges) == len(last.ranges)])
@@ -88,7 +88,7 @@ def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
         "angle_max": round(min(turn_end, last.angle_min + 2.0 * math.pi), 6),
         "range_min": round(last.range_min, 4),
         "range_max": round(last.range_max, 4),
-        "rate": float(f"{scan_interval / np.median(scan_times[scan_interval:] - scan_times[:-scan_interval]):.3g}"),
+        "rate": float(f"{scan_stride / np.median(scan_times[scan_stride:] - scan_times[:-scan_stride]):.3g}"),
         "noise": _round_up(estimate_range_noise(log)),
         "dropout": _round_up(float(np.isnan(ranges).mean())),
         "delay": _round_up(max(latest - wait, 0.0)),

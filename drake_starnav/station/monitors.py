@@ -122,12 +122,12 @@ class CollisionMonitor(LeafSystem):
         """Pairs of geometries, the robot's first, that touch and should not."""
         found_contacts = []
         for pair in self._query.Eval(context).ComputePointPairPenetration():
-            other_id = pair.id_B.get_value()
-            if other_id in self._ground:  # the usual contact: wheels on the floor
+            id_b = pair.id_B.get_value()
+            if id_b in self._ground:  # the usual contact: wheels on the floor
                 continue
-            own_id = pair.id_A.get_value()
-            if own_id not in self._ground and (own_id in self._robot) != (other_id in self._robot):
-                found_contacts.append((pair.id_A, pair.id_B) if own_id in self._robot else (pair.id_B, pair.id_A))
+            id_a = pair.id_A.get_value()
+            if id_a not in self._ground and (id_a in self._robot) != (id_b in self._robot):
+                found_contacts.append((pair.id_A, pair.id_B) if id_a in self._robot else (pair.id_B, pair.id_A))
         return found_contacts
 
     def describe_contacts(self, context: Context) -> str:
