@@ -44,7 +44,7 @@ def plan_on_grid(hits: np.ndarray, position: np.ndarray, goal: np.ndarray, radiu
     start, end = (np.rint((place - origin) / cell_size).astype(int) for place in (position, goal))
     cost = np.zeros(weight.shape, np.int32)
     search_buckets(weight, cost, tuple(end.tolist()), tuple(start.tolist()))
-    field = CostField(cost, weight, origin + cell_size, cell_size, Grid.empty(0.5 * cell_size, 0.0))
+    field = CostField(cost, weight, origin / cell_size + 1.0, cell_size, Grid.empty(0.5 * cell_size, 0.0))
     path = field.path(position)
     if not len(path):
         return path

@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.bucket_search import UNREACHED_COST, search_buckets
 from drake_starnav.planning.closed_places import CLOSURE_RADIUS
-from drake_starnav.planning.grid import BLOCK, STRIDE, TILE, Grid
+from drake_starnav.planning.grid import BLOCK, OFF, STRIDE, TILE, Grid
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
@@ -33,14 +33,14 @@ class CostField:
         cost: shape (nx, ny) with a border, in hundredths of a cell, less UNREACHED_COST; 0 where blocked or not
             reached.
         weight: same shape, uint8, what crossing a cell costs in tenths; 0 where blocked.
-        origin: position of cell (1, 1), shape (2,), W, m.
+        first_middle: middle of cell (1, 1), shape (2,), W, in cells: places do not depend on the box that is searched.
         cell: size of a cell, m.
         grid: the hits, which tell the freest place in a cell.
     """
 
     cost: np.ndarray
     weight: np.ndarray
-    origin: np.ndarray
+    first_middle: np.ndarray
     cell: float
     grid: Grid
 
@@ -50,8 +50,8 @@ class CostField:
         One point a cell: its centre, or in a narrow place the centre of that cell of the grid of hits in it which is
         freest.
         """
-        x, y = (np.asarray(start) - self.origin) / self.cell + 1.0
-        middles = self.origin + (trace_path(self.cost, self.weight, x, y) - 1) * self.cell
+        x, y = np.asarray(start) / self.cell - self.first_middle + 1.0
+        middles = (self.first_middle + trace_path(self.cost, self.weight, x, y) - 1) * self.cell
         places, clear_distances = self.grid.coarse(middles)
         freest = places[np.arange(len(places)), clear_distances.argmax(axis=1)]
         return np.where((clear_distances.max(axis=1) > clear_distances.min(axis=1))[:, None], freest, middles)
@@ -95,7 +95,7 @@ def compute_cost_to_go(
         StarnavError: the box has too many cells.
     """
     first_cell, cell_counts = grid.box(low, high)
-    cell, origin = grid.resolution * STRIDE, (first_cell + 0.5 * (STRIDE - 1)) * grid.resolution
+    cell, first_middle = grid.resolution * STRIDE, first_cell + OFF
     radius = params.cover_radius
     blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
     wide_distance = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
@@ -105,13 +105,13 @@ def compute_cost_to_go(
     )
     weight = _weigh_cells(grid.arrays, first_cell, cell_counts, limits, NEAR_WALL_COST)
     if grid.coverage.whole.size:
-        _raise_unknown(weight, grid.coverage, first_cell // STRIDE, round(10.0 * UNKNOWN_COST))
-    _close(weight, (params.failed_places - origin) / cell + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
+        _raise_unknown(weight, grid.coverage, first_cell, round(10.0 * UNKNOWN_COST))
+    _close(weight, params.failed_places / cell - first_middle + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
-    goal_cell = np.clip(np.rint((goal - origin) / cell).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
-    source_cell = np.full(2, -1) if source is None else np.rint((source - origin) / cell).astype(np.int64) + 1
+    goal_cell = np.clip(np.rint(goal / cell - first_middle).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
+    source_cell = np.full(2, -1) if source is None else np.rint(source / cell - first_middle).astype(np.int64) + 1
     search_buckets(weight, cost, tuple(goal_cell.tolist()), tuple(source_cell.tolist()))
-    return CostField(cost, weight, origin, cell, grid)
+    return CostField(cost, weight, first_middle, cell, grid)
 
 
 class _ClearanceLimits(NamedTuple):
@@ -143,8 +143,7 @@ def _weigh_cells(grid, first_cell, cell_counts, limits, near_wall_cost):
             if rows[t, u] < 0:
                 continue
             tile = tiles[rows[t, u]]
-            p = ((first_tile[0] + t) * TILE - first_cell[0]) // STRIDE
-            q = ((first_tile[1] + u) * TILE - first_cell[1]) // STRIDE
+            p, q = (first_tile[0] + t) * tile_side - first_cell[0], (first_tile[1] + u) * tile_side - first_cell[1]
             for i in range(max(-p, 0), min(tile_side, cell_counts[0] - p)):
                 for j in range(max(-q, 0), min(tile_side, cell_counts[1] - q)):
                     clear_distance = tile[i * STRIDE, j * STRIDE]

@@ -189,7 +189,7 @@ class Grid:
         """Return the coarse cells that cover a box in W, of STRIDE x STRIDE cells each.
 
         Returns:
-            The index of the first cell of the first of them, and how many there are along each axis; shape (2,).
+            The number of the first of them, and how many there are along each axis; shape (2,).
 
         Raises:
             StarnavError: there would be more than LARGEST_GRID cells.
@@ -200,8 +200,7 @@ class Grid:
                 f"the goal is too far: a grid from {low.tolist()} to {high.tolist()} would have more than "
                 f"{LARGEST_GRID:.0e} cells of {cell:g} m; allowed: a nearer goal, or a larger planner.grid_resolution"
             )
-        first_cell = np.floor(low / self.resolution / STRIDE).astype(np.int64) * STRIDE
-        return first_cell, np.ceil((high - low) / self.resolution / STRIDE).astype(np.int64) + 1
+        return np.floor(low / cell).astype(np.int64), np.ceil((high - low) / cell).astype(np.int64) + 1
 
 
 def _widen_rows(

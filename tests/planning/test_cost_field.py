@@ -13,7 +13,7 @@ from drake_starnav.planning import cost_field
 from drake_starnav.planning.bucket_search import UNREACHED_COST
 from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, CostmapParams, compute_cost_to_go
-from drake_starnav.planning.grid import STRIDE, Coverage, Grid
+from drake_starnav.planning.grid import OFF, STRIDE, Coverage, Grid
 from tests.helpers.scans import RADIUS, seeds, wandered
 
 RESOLUTION = 0.05
@@ -35,7 +35,7 @@ def line(a: tuple[float, float], b: tuple[float, float]) -> np.ndarray:
 
 def at(field: CostField, points: np.ndarray) -> np.ndarray:
     """The least cost over the 3 x 3 cells about each point, and the way there, shape (n,), m; infinity without any."""
-    cells = np.rint((points - field.origin) / field.cell).astype(int) + 1
+    cells = np.rint(points / field.cell - field.first_middle).astype(int) + 1
     out = np.full(len(points), np.inf)
     for di in (-1, 0, 1):
         for dj in (-1, 0, 1):
@@ -49,8 +49,7 @@ def at(field: CostField, points: np.ndarray) -> np.ndarray:
 def reference_cost(grid: Grid, goal: np.ndarray, near_wall_cost: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells and their cost to the goal's cell by SciPy, over the same eight-connected graph."""
     first, (nx, ny) = grid.box(LOW, HIGH)
-    middle = (first + 0.5 * (STRIDE - 1)) * RESOLUTION  # of the first cell
-    cells = middle + CELL * np.stack(np.indices((nx, ny)), axis=-1)
+    cells = CELL * (first + OFF + np.stack(np.indices((nx, ny)), axis=-1))
     distance = grid.coarse(cells.reshape(-1, 2))[1].max(axis=1).reshape(nx, ny)
     blocked, soft = RADIUS - BLOCKED_SLACK * RADIUS, RADIUS + SOFT_ZONE * RADIUS
     factor = 1.0 + near_wall_cost * np.clip((soft - distance) / (soft - blocked), 0.0, 1.0)
@@ -68,7 +67,7 @@ def reference_cost(grid: Grid, goal: np.ndarray, near_wall_cost: float) -> tuple
     graph = coo_array(
         (np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(nx * ny, nx * ny)
     )
-    i, j = np.rint((goal - middle) / CELL).astype(int)
+    i, j = np.rint(goal / CELL - first - OFF).astype(int)
     cost = dijkstra(graph.tocsr(), indices=number[i, j])
     return cells.reshape(-1, 2), cost
 
@@ -111,10 +110,8 @@ def test_cells_outside_the_known_regions_cost_more(seed):
         compute_cost_to_go(grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).weight.astype(int)
         for grid in (dataclasses.replace(roadmap.grid, coverage=Coverage()), roadmap.grid)
     )
-    middles = (
-        compute_cost_to_go(roadmap.grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).origin
-        + (np.argwhere(plain) - 1) * CELL
-    )
+    first_middle = compute_cost_to_go(roadmap.grid, np.zeros(2), LOW, HIGH, CostmapParams(RADIUS)).first_middle
+    middles = (first_middle + np.argwhere(plain) - 1) * CELL
     added = np.where(roadmap.union.contains(middles), 0, 3)
     np.testing.assert_array_equal((weighed - plain)[plain > 0], added)
     assert (weighed[plain == 0] == 0).all() and len(np.unique(added)) == 2
@@ -134,7 +131,7 @@ def test_a_search_ends_at_a_robot_in_a_blocked_cell():
     grid = memory(line((-2.0, -1.0), (-2.0, 1.0)))
     robot, goal = np.array((-2.0 + RADIUS - 0.1, 0.0)), np.zeros(2)
     early, full = (compute_cost_to_go(grid, goal, LOW, HIGH, CostmapParams(RADIUS), end) for end in (robot, None))
-    place = tuple(np.rint((robot - full.origin) / full.cell).astype(int) + 1)
+    place = tuple(np.rint(robot / full.cell - full.first_middle).astype(int) + 1)
     assert full.weight[place] == 0  # the robot touches the wall, but for the cells around it
     assert at(early, robot[None])[0] == at(full, robot[None])[0] < np.inf
     assert (early.cost < 0).sum() < 0.5 * (full.cost < 0).sum()
