@@ -9,7 +9,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.bucket_search import UNREACHED_COST, search_buckets
 from drake_starnav.planning.closed_places import CLOSURE_RADIUS
-from drake_starnav.planning.grid import BLOCK, OFF, STRIDE, TILE, Grid
+from drake_starnav.planning.grid import OFF, STRIDE, TILE, Grid
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""
@@ -104,7 +104,7 @@ def compute_cost_to_go(
         blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, wide_distance
     )
     weight = _weigh_cells(grid.arrays, first_cell, cell_counts, limits, NEAR_WALL_COST)
-    if grid.coverage.whole.size:
+    if grid.coverage.counts.size:
         _raise_unknown(weight, grid.coverage, first_cell, round(10.0 * UNKNOWN_COST))
     _close(weight, params.failed_places / cell - first_middle + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
     cost = np.zeros(weight.shape, np.int32)
@@ -171,13 +171,13 @@ def _weigh_cells(grid, first_cell, cell_counts, limits, near_wall_cost):
 @kernel
 def _raise_unknown(weight, coverage, first_cell, more):
     """Raise the weights of open cells that are unknown by `more`; cell (1, 1) is number `first_cell`."""
-    first_block, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
+    counts = coverage.counts
     for i in range(1, weight.shape[0] - 1):
-        p = first_cell[0] + i - 1 - BLOCK * first_block[0]
+        p = first_cell[0] + i - 1 - coverage.first[0]
         for j in range(1, weight.shape[1] - 1):
-            q = first_cell[1] + j - 1 - BLOCK * first_block[1]
-            is_in_array = 0 <= p < part_counts.shape[0] and 0 <= q < part_counts.shape[1]
-            if weight[i, j] and not (is_in_array and (part_counts[p, q] or whole_counts[p // BLOCK, q // BLOCK])):
+            q = first_cell[1] + j - 1 - coverage.first[1]
+            is_known = 0 <= p < counts.shape[0] and 0 <= q < counts.shape[1] and counts[p, q] > 0
+            if weight[i, j] and not is_known:
                 weight[i, j] += more
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.compiled import kernel, leaf
-from drake_starnav.surroundings.region_union import RegionUnion, covers, find_samples_beside
+from drake_starnav.surroundings.region_union import RegionUnion, covers
 
 TILE = 64
 """Cells along a tile's side."""
@@ -24,8 +24,6 @@ HIT_ERROR = 0.16
 """Distances to hits count up to this error, in radii of the robot: noise, and the size of cells."""
 LARGEST_GRID = 5e7
 """A grid that is searched has no more cells than this."""
-BLOCK = 4
-"""Cells along a block: most blocks that a region touches lie inside it, which is told at once."""
 OFF = 0.5 * (STRIDE - 1) / STRIDE
 """Cell p has its middle at p + OFF, in cells."""
 
@@ -54,14 +52,12 @@ class Coverage(NamedTuple):
     """How many regions cover the middles of cells of W. Immutable.
 
     Attributes:
-        first: the block that comes first, for both axes, shape (2,); it begins with cell BLOCK * `first`.
-        whole: how many regions cover all of a block, shape (I, J), uint16.
-        part: how many cover a cell, but not all of its block, shape (BLOCK I, BLOCK J), uint16.
+        first: number of the cell that comes first, for both axes, shape (2,).
+        counts: of each cell, shape (I, J), uint16.
     """
 
     first: np.ndarray = np.zeros(2, np.int64)
-    whole: np.ndarray = np.zeros((0, 0), np.uint16)
-    part: np.ndarray = np.zeros((0, 0), np.uint16)
+    counts: np.ndarray = np.zeros((0, 0), np.uint16)
 
     def update_counts(
         self, cell: float, regions: RegionUnion, new_values: np.ndarray, bounds: np.ndarray
@@ -74,14 +70,13 @@ class Coverage(NamedTuple):
             new_values: their samples now, shape (n, M), m; 0 of those that are gone.
             bounds: corners of a box that holds the regions, shape (2, 2), W, m.
         """
-        low_block, high_block = np.floor(bounds / (BLOCK * cell)).astype(np.int64) + ((0,), (1,))
-        first_block = self.first if self.whole.size else low_block
-        last_block = first_block + self.whole.shape
-        low_block, high_block = np.minimum(low_block, first_block), np.maximum(high_block, last_block)
-        border = np.stack((first_block - low_block, high_block - last_block), axis=1)
-        out = Coverage(low_block, np.pad(self.whole, border), np.pad(self.part, BLOCK * border))
-        _recount(out, cell, regions.center, regions.bearing_0, regions.values, new_values)
-        return out
+        low_cell, high_cell = np.floor(bounds / cell).astype(np.int64) + ((0,), (1,))
+        first_cell = self.first if self.counts.size else low_cell
+        last_cell = first_cell + self.counts.shape
+        low_cell, high_cell = np.minimum(low_cell, first_cell), np.maximum(high_cell, last_cell)
+        counts = np.pad(self.counts, np.stack((first_cell - low_cell, high_cell - last_cell), axis=1))
+        _recount(counts, low_cell, cell, regions, new_values)
+        return Coverage(low_cell, counts)
 
 
 class GridArrays(NamedTuple):
@@ -271,14 +266,13 @@ def measure_distance_at(grid, x, y):
 
 
 @kernel
-def _recount(coverage, cell, center, bearing_0, old_values, new_values):
-    """Count anew, of each region, the blocks about those samples that have changed."""
-    first_block, whole_counts, part_counts = coverage.first, coverage.whole, coverage.part
-    samples, block_side, half_diagonal = new_values.shape[1], BLOCK * cell, math.sqrt(0.5) * (BLOCK - 1) * cell + 1e-9
-    sample_angle, middle_offset = 2.0 * math.pi / samples, 0.5 * (BLOCK - 1) * cell
+def _recount(counts, first_cell, cell, regions, new_values):
+    """Count each region anew in the box about those of its samples that have changed."""
+    center, bearing_0, old_values = regions.center, regions.bearing_0, regions.values
+    sample_angle = 2.0 * math.pi / new_values.shape[1]
     for k in range(len(center)):
         left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
-        for m in range(samples):
+        for m in range(new_values.shape[1]):
             if old_values[k, m] != new_values[k, m]:
                 for n in range(m - 1, m + 2):
                     u, v = math.cos(bearing_0[k] + n * sample_angle), math.sin(bearing_0[k] + n * sample_angle)
@@ -287,36 +281,10 @@ def _recount(coverage, cell, center, bearing_0, old_values, new_values):
                         bottom, top = min(bottom, r * v), max(top, r * v)
         if left > right:
             continue
-        x, y = center[k, 0] / block_side - first_block[0], center[k, 1] / block_side - first_block[1]
-        for i in range(
-            max(int(x + left / block_side - 1.0), 0), min(int(x + right / block_side + 2.0), whole_counts.shape[0])
-        ):
-            for j in range(
-                max(int(y + bottom / block_side - 1.0), 0), min(int(y + top / block_side + 2.0), whole_counts.shape[1])
-            ):
-                x0, y0 = ((i + first_block[0]) * BLOCK + OFF) * cell, ((j + first_block[1]) * BLOCK + OFF) * cell
-                dx, dy = x0 + middle_offset - center[k, 0], y0 + middle_offset - center[k, 1]
-                distance = math.hypot(dx, dy)
-                nearest_sample, _ = find_samples_beside(bearing_0[k], samples, dx, dy)
-                sample_count = (
-                    int(1.1 * half_diagonal / distance / sample_angle) + 1
-                    if distance > 2.0 * half_diagonal
-                    else samples // 2
+        (x, y), (p, q), (nx, ny) = center[k], first_cell, counts.shape
+        for i in range(max(int((x + left) / cell - p) - 1, 0), min(int((x + right) / cell - p) + 2, nx)):
+            for j in range(max(int((y + bottom) / cell - q) - 1, 0), min(int((y + top) / cell - q) + 2, ny)):
+                u, v = (p + i + OFF) * cell, (q + j + OFF) * cell
+                counts[i, j] += np.int64(covers(center, bearing_0, new_values, k, u, v, 0.0)) - np.int64(
+                    covers(center, bearing_0, old_values, k, u, v, 0.0)
                 )
-                differs, old_least, old_most, new_least, new_most = False, np.inf, 0.0, np.inf, 0.0
-                for n in range(nearest_sample - sample_count, nearest_sample + sample_count + 2):
-                    r, r_now = old_values[k, n % samples], new_values[k, n % samples]
-                    differs |= r != r_now
-                    old_least, old_most = min(old_least, r), max(old_most, r)
-                    new_least, new_most = min(new_least, r_now), max(new_most, r_now)
-                if not differs or max(old_most, new_most) < distance - half_diagonal:
-                    continue
-                was_whole, is_whole = old_least > distance + half_diagonal, new_least > distance + half_diagonal
-                whole_counts[i, j] += np.int64(is_whole) - np.int64(was_whole)
-                for a in range(0 if was_whole and is_whole else BLOCK):
-                    for b in range(BLOCK):
-                        u, v = x0 + a * cell, y0 + b * cell
-                        if old_most > 0.0 and not was_whole and covers(center, bearing_0, old_values, k, u, v, 0.0):
-                            part_counts[i * BLOCK + a, j * BLOCK + b] -= 1
-                        if new_most > 0.0 and not is_whole and covers(center, bearing_0, new_values, k, u, v, 0.0):
-                            part_counts[i * BLOCK + a, j * BLOCK + b] += 1

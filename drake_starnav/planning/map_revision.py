@@ -19,7 +19,6 @@ from drake_starnav.surroundings.bearing_hits import measure_half_chords
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.surroundings.piecewise_cubic import JUMP
-from drake_starnav.surroundings.region_union import CELL, WORD, find_highest_bit
 from drake_starnav.surroundings.star_region import StarRegion, cut_back, refit_region
 
 CONTRADICTION = 0.8
@@ -148,11 +147,11 @@ def find_consistent_regions(
     regions = list[StarRegion | None](roadmap.regions)
     slack, gap = CONTRADICTION * cover_radius, float(new_hits[1].max(initial=0.0))
     sizes = max(cover_radius + margins.preferred - slack, 0.0), JUMP * cover_radius - slack
-    for k in _find_contradicted_regions(roadmap.union, new_hits[0], cover_radius, sizes, gap).tolist():
+    for k in _find_contradicted_regions(roadmap.union, new_hits[0], sizes, gap).tolist():
         region = roadmap.regions[k]
         regions[k] = _cut_back_to_hits(region, *new_hits, cover_radius + region.margin)
     if margins.drop_seen_through:
-        reach = roadmap.union.values.max(axis=1) + observation.scan.range_max
+        reach = roadmap.union.reach + observation.scan.range_max
         is_near = np.hypot(*(roadmap.union.center - observation.pose[:2]).T) <= reach
         for k in np.flatnonzero(is_near).tolist():
             if measure_share_seen_through(roadmap.nodes[k], observation, slack) > SEEN_THROUGH_SHARE:
@@ -173,49 +172,31 @@ def _cut_back_to_hits(region: StarRegion, points: np.ndarray, gaps: np.ndarray, 
 
 
 @kernel
-def _find_contradicted_regions(union, points, reach, sizes, gap):
-    """Return the indices of the regions of an indexed union that some points (n, 2), hits, may contradict.
+def _find_contradicted_regions(union, points, sizes, gap):
+    """Return the indices of the regions of a union that some points (n, 2), hits, may contradict.
 
     That is where, at some bearing, a region may reach farther by CONTRADICTION than to a disc about a hit with half
     gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most, less
-    CONTRADICTION. Only points within `reach` count. In m.
+    CONTRADICTION. In m.
     """
-    radius, jump = sizes
-    center = union.center
-    bearing_0 = union.bearing_0
-    values = union.values
-    cell_marks = union.marks
-    corner = union.corner
-    samples, one = values.shape[1], np.uint64(1)
+    (radius, jump), center, bearing_0, values = sizes, union.center, union.bearing_0, union.values
+    samples, is_contradicted = values.shape[1], np.zeros(len(center), np.bool_)
     step = 2.0 * math.pi / samples
-    is_contradicted = np.zeros(len(center), np.bool_)
-    for n in range(len(points)):
-        x, y = points[n, 0], points[n, 1]
-        low, high = int(math.floor((x - reach) / CELL)) - corner[0], int(math.floor((x + reach) / CELL)) - corner[0]
-        left, right = int(math.floor((y - reach) / CELL)) - corner[1], int(math.floor((y + reach) / CELL)) - corner[1]
-        for w in range(cell_marks.shape[2]):
-            word = np.uint64(0)
-            for i in range(max(low, 0), min(high + 1, cell_marks.shape[0])):
-                for j in range(max(left, 0), min(right + 1, cell_marks.shape[1])):
-                    word |= cell_marks[i, j, w]
-            while word != 0:
-                k = w * WORD + find_highest_bit(word)
-                word ^= one << np.uint64(k % WORD)
-                if is_contradicted[k]:
-                    continue
-                dx, dy = x - center[k, 0], y - center[k, 1]
-                distance = math.sqrt(dx * dx + dy * dy)
-                disc = math.sqrt((radius + 0.5 * step * distance) ** 2 + gap * gap)
-                is_contradicted[k] = distance <= disc
-                if distance > disc:
-                    nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
-                    width = int(math.asin(disc / distance) / step)
-                    for m in range(nearest - width, nearest + width + 1):
-                        farthest_range = values[k, m % samples] + jump
-                        if farthest_range > distance - disc:
-                            off_angle = step * (m - nearest)
-                            half_chord = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
-                            is_contradicted[k] = (
-                                is_contradicted[k] or farthest_range > distance * math.cos(off_angle) - half_chord
-                            )
+    for k in range(len(center)):
+        for n in range(len(points)):
+            dx, dy = points[n, 0] - center[k, 0], points[n, 1] - center[k, 1]
+            distance = math.sqrt(dx * dx + dy * dy)
+            disc = math.sqrt((radius + 0.5 * step * distance) ** 2 + gap * gap)
+            if is_contradicted[k] or distance - disc >= union.reach[k] + jump:
+                continue
+            is_contradicted[k] = distance <= disc
+            if distance > disc:
+                nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
+                width = int(math.asin(disc / distance) / step)
+                for m in range(nearest - width, nearest + width + 1):
+                    farthest_range = values[k, m % samples] + jump
+                    if farthest_range > distance - disc:
+                        off_angle = step * (m - nearest)
+                        half_chord = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
+                        is_contradicted[k] |= farthest_range > distance * math.cos(off_angle) - half_chord
     return np.flatnonzero(is_contradicted)

@@ -15,9 +15,8 @@ from drake_starnav.planning.impassable import bridge_observed_hits
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.region_index import index_regions, select_regions
-from drake_starnav.surroundings.region_union import CELL, WORD, RegionUnion, covers, measure_excess
-from drake_starnav.surroundings.star_region import StarRegion
+from drake_starnav.surroundings.region_union import RegionUnion, covers, measure_excess
+from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 from drake_starnav.utils.snapshot import snapshot
 
 AREA_BEARINGS = 4
@@ -89,7 +88,7 @@ def append_node(roadmap: StarRoadmap, node: Observation, grid: Grid) -> StarRoad
     """Return the roadmap with one more node, and with a grid that has other hits."""
     assert node.region is not None
     new_region = node.region.as_union
-    union = index_regions(roadmap.union.join_union(new_region), roadmap.union, np.array([len(roadmap)]))
+    union = roadmap.union.join_union(new_region)
     empty_region = new_region._replace(values=np.zeros_like(new_region.values))
     grid = grid.count_regions(empty_region, new_region.values, union.bounds)
     return dataclasses.replace(roadmap, grid=grid, nodes=(*roadmap.nodes, node), union=union)
@@ -114,18 +113,14 @@ def replace_regions(
         grid = rebuild_grid(grid, roadmap.closures, nodes, margins, cover_radius)
     if not nodes:
         return StarRoadmap(dataclasses.replace(grid, coverage=Coverage()), closures=roadmap.closures)
-    old, is_kept = roadmap.union, np.array([region is not None for region in regions])
-    news = np.flatnonzero([new is not region for new, region in zip(regions, roadmap.regions, strict=True)])
-    rows = [row[is_kept] for row in old.rows]
-    numbers = np.cumsum(is_kept) - 1
-    new_values = np.zeros_like(old.values[news])
-    for i, k in enumerate(news.tolist()):
+    changed = np.flatnonzero([new is not old for new, old in zip(regions, roadmap.regions, strict=True)])
+    changed_regions = roadmap.union.select(changed)
+    new_values = np.zeros_like(changed_regions.values)
+    for values, k in zip(new_values, changed.tolist(), strict=True):
         region = regions[k]
         if region is not None:
-            new_values[i] = rows[2][numbers[k]] = region.boundary.values
-            rows[3][numbers[k]] = region.boundary.slopes
-    union = index_regions(RegionUnion(*rows), select_regions(old, is_kept), numbers[news[is_kept[news]]])
-    changed_regions = RegionUnion(*(row[news] for row in old.rows))
+            values[:] = region.boundary.values
+    union = unite_regions(region for region in regions if region is not None)
     return StarRoadmap(grid.count_regions(changed_regions, new_values, union.bounds), nodes, union, roadmap.closures)
 
 
@@ -148,22 +143,17 @@ def rebuild_grid(
 
 @kernel
 def _find_edges(union):
-    """Run the loop of `StarRoadmap.edges`, of an indexed union.
+    """Run the loop of `StarRoadmap.edges`.
 
     Without a region that sees it among the older ones, the robot has come from the region that a centre exceeds least.
     """
-    center, bearing_0, values, cell_marks = union.center, union.bearing_0, union.values, union.marks
-    cell, one = np.floor(center / CELL).astype(np.int64) - union.corner, np.uint64(1)
+    center, bearing_0, values = union.center, union.bearing_0, union.values
     edge_ends = [(0, 0)][:0]
     for j in range(len(center)):
         x, y, begin = center[j, 0], center[j, 1], len(edge_ends)
         for i in range(j):
             u, v = center[i, 0], center[i, 1]
-            older = cell_marks[cell[j, 0], cell[j, 1], i // WORD] >> np.uint64(i % WORD) & one
-            newer = cell_marks[cell[i, 0], cell[i, 1], j // WORD] >> np.uint64(j % WORD) & one
-            if (older and covers(center, bearing_0, values, i, x, y, 0.0)) or (
-                newer and covers(center, bearing_0, values, j, u, v, 0.0)
-            ):
+            if covers(center, bearing_0, values, i, x, y, 0.0) or covers(center, bearing_0, values, j, u, v, 0.0):
                 edge_ends.append((i, j))
         if j and len(edge_ends) == begin:
             i = j - 1 - int(np.argmin(measure_excess(union, x, y)[:j][::-1]))  # of equals the newest

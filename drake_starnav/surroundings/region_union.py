@@ -16,10 +16,8 @@ LEAP = 16
 """Samples of a line that are first tried at once."""
 OUTSIDE_SAMPLES = 10
 """How far beyond a departure a line is followed, in samples."""
-CELL = 0.4
-"""Size of a cell of the index, m: numerics, as it only decides how soon an answer is found."""
-WORD = 64
-"""Regions in a word of the index."""
+ROUNDING = 1e-6
+"""Far more than distances are rounded by, m."""
 
 
 class RegionUnion(NamedTuple):
@@ -32,27 +30,29 @@ class RegionUnion(NamedTuple):
         center: shape (n, 2), m.
         bearing_0: bearing of sample 0, shape (n,), rad.
         values, slopes: shape (n, M), Phi and Phi' at the samples, m and m/rad. Slopes of shape (n, 0): no modulation.
-        marks: index, shape (nx, ny, w), uint64: bit k % 64 of word k // 64 is set in each cell that region k touches;
-            see `region_index`. Shape (0, 0, 1): no index, as does for up to 200 regions.
-        corner: number of the cell of W that comes first, shape (2,), for both axes.
+        reach: largest of the values of each region, shape (n,), m: no place farther from its centre is in it.
     """
 
     center: np.ndarray
     bearing_0: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
-    marks: np.ndarray = np.zeros((0, 0, 1), np.uint64)
-    corner: np.ndarray = np.zeros(2, np.int64)
+    reach: np.ndarray
 
     @staticmethod
     def none() -> "RegionUnion":
         """Return a union without regions."""
-        return RegionUnion(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)))
+        return RegionUnion(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
+
+    @staticmethod
+    def of_rows(center: np.ndarray, bearing_0: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
+        """Return the union of n regions, at least one; arguments as the attributes of these names."""
+        return RegionUnion(center, bearing_0, values, slopes, values.max(axis=1))
 
     @staticmethod
     def of_star(center: np.ndarray, bearing_0: float, values: np.ndarray, slopes: np.ndarray) -> "RegionUnion":
         """Return the union of one region, whose arrays of shape (M,) it shares."""
-        return RegionUnion(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
+        return RegionUnion.of_rows(center[None], np.array([bearing_0], dtype=float), values[None], slopes[None])
 
     @property
     def size(self) -> int:
@@ -60,20 +60,22 @@ class RegionUnion(NamedTuple):
         return len(self.bearing_0)
 
     @property
-    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The fields that have a row for each region."""
-        return self.center, self.bearing_0, self.values, self.slopes
-
-    @property
     def bounds(self) -> np.ndarray:
-        """Corners of a box that holds the regions of an indexed union, shape (2, 2), W, m."""
-        return CELL * np.vstack((self.corner, self.corner + self.marks.shape[:2]))
+        """Corners of a box that holds all regions, shape (2, 2), W, m; shape (0, 2) without regions."""
+        if not self.size:
+            return np.zeros((0, 2))
+        reach = self.reach[:, None]
+        return np.stack(((self.center - reach).min(axis=0), (self.center + reach).max(axis=0)))
 
     def join_union(self, other: "RegionUnion") -> "RegionUnion":
-        """Return the regions of both, without an index."""
+        """Return the regions of both."""
         if not (self.size and other.size):
-            return RegionUnion(*(self if self.size else other).rows)
-        return RegionUnion(*(np.concatenate(both) for both in zip(self.rows, other.rows, strict=True)))
+            return self if self.size else other
+        return RegionUnion(*map(np.concatenate, zip(self, other, strict=True)))
+
+    def select(self, indices: np.ndarray) -> "RegionUnion":
+        """Return the regions of some indices, shape (k,)."""
+        return RegionUnion(*(rows[indices] for rows in self))
 
     def contains(self, points: np.ndarray, slack: float = 0.0) -> np.ndarray:
         """Return whether points in W are in the union, or up to `slack` (m) beyond it; shape (n, 2) -> (n,), bool."""
@@ -85,7 +87,7 @@ class RegionUnion(NamedTuple):
 
     def transformed(self, frame: np.ndarray) -> "RegionUnion":
         """Return the same regions in another frame, in which this one's origin is at the pose `frame` (x, y, yaw)."""
-        return RegionUnion(transform_points(frame, self.center), self.bearing_0 + frame[2], self.values, self.slopes)
+        return self._replace(center=transform_points(frame, self.center), bearing_0=self.bearing_0 + frame[2])
 
 
 @kernel
@@ -105,50 +107,12 @@ def _find_covering_regions(union, points, slack):
 @kernel
 def find_covering_region(union, x, y, slack):
     """Return the index of the newest region that contains (x, y), or up to `slack` beyond its boundary, m; or -1."""
-    center = union.center
-    bearing_0 = union.bearing_0
-    values = union.values
-    cell_marks = union.marks
-    corner = union.corner
-    if cell_marks.shape[0] == 0:
-        for k in range(len(bearing_0) - 1, -1, -1):
-            if covers(center, bearing_0, values, k, x, y, slack):
-                return k
-        return -1
-    newest_cover = -1
-    for i in range(math.floor((x - slack) / CELL) - corner[0], math.floor((x + slack) / CELL) - corner[0] + 1):
-        for j in range(math.floor((y - slack) / CELL) - corner[1], math.floor((y + slack) / CELL) - corner[1] + 1):
-            newest_cover = max(
-                newest_cover, find_newest_covering_region(center, bearing_0, values, cell_marks, (i, j), (x, y, slack))
-            )
-    return newest_cover
-
-
-@leaf
-def find_newest_covering_region(center, bearing_0, values, cell_marks, cell, place):
-    """Return the newest region of a cell (i, j) of the index that covers a place (x, y) with its slack, or -1."""
-    (i, j), (x, y, slack) = cell, place
-    if not (0 <= i < cell_marks.shape[0] and 0 <= j < cell_marks.shape[1]):
-        return -1
-    for w in range(cell_marks.shape[2] - 1, -1, -1):
-        word = cell_marks[i, j, w]
-        while word != 0:
-            k = w * WORD + find_highest_bit(word)
-            if covers(center, bearing_0, values, k, x, y, slack):
-                return k
-            word ^= np.uint64(1) << np.uint64(k % WORD)
+    center, bearing_0, values, reach = union.center, union.bearing_0, union.values, union.reach
+    for k in range(len(bearing_0) - 1, -1, -1):
+        dx, dy, farthest = x - center[k, 0], y - center[k, 1], reach[k] + slack + ROUNDING
+        if dx * dx + dy * dy <= farthest * farthest and covers(center, bearing_0, values, k, x, y, slack):
+            return k
     return -1
-
-
-@leaf
-def find_highest_bit(word):
-    """Return the number of the highest bit that is set in a word, uint64."""
-    k = 0
-    for shift in (32, 16, 8, 4, 2, 1):
-        if word >> np.uint64(shift):
-            word >>= np.uint64(shift)
-            k += shift
-    return k
 
 
 @kernel

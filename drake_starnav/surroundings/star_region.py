@@ -156,4 +156,4 @@ def refit_region(region: StarRegion, free_range: np.ndarray) -> StarRegion:
 def unite_regions(regions: Iterable[StarRegion]) -> RegionUnion:
     """Return the union of regions that share one number of samples M."""
     rows = [region.row for region in regions]
-    return RegionUnion(*(np.array(row) for row in zip(*rows, strict=True))) if rows else RegionUnion.none()
+    return RegionUnion.of_rows(*map(np.array, zip(*rows, strict=True))) if rows else RegionUnion.none()

@@ -3,19 +3,18 @@ import dataclasses
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.grid import BLOCK, OFF, STRIDE
+from drake_starnav.planning.grid import OFF, STRIDE
 from drake_starnav.planning.roadmap import StarRoadmap, append_node, replace_regions
 from drake_starnav.surroundings.star_region import clear_region
 from tests.helpers.scans import MARGINS, RADIUS, seeds, wandered
 
 
 def assert_counts_the_cells_of_its_regions(roadmap: StarRoadmap) -> None:
-    first, whole, part = roadmap.grid.coverage
-    cells = np.argwhere(np.ones_like(part))
-    middles = (cells + BLOCK * first + OFF) * (roadmap.grid.resolution * STRIDE)
-    count = sum(region.as_union.contains(middles).astype(int) for region in roadmap.regions)
-    np.testing.assert_array_equal(part.ravel() + whole[*(cells // BLOCK).T], count)
-    low, high = ((BLOCK * edge + OFF) * (roadmap.grid.resolution * STRIDE) for edge in (first, first + whole.shape))
+    (first, counts), cell = roadmap.grid.coverage, roadmap.grid.resolution * STRIDE
+    middles = (first + np.argwhere(np.ones_like(counts)) + OFF) * cell
+    expected = sum(region.as_union.contains(middles).astype(int) for region in roadmap.regions)
+    np.testing.assert_array_equal(counts.ravel(), expected)
+    low, high = first * cell, (first + counts.shape) * cell
     edges = np.vstack([region.outline() for region in roadmap.regions])
     assert (low <= edges).all() and (edges <= high).all()
 
