@@ -5,11 +5,10 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.polyline import measure_arc_lengths, measure_segment_distance
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import HIT_ERROR
 from drake_starnav.planning.impassable import find_narrowest_gap
 from drake_starnav.planning.map_revision import forget_contradicted
-from drake_starnav.planning.roadmap import add_node, rebuild_grid, refit_regions, replace_regions
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS, add_node, rebuild_grid, refit_regions, replace_regions
 from drake_starnav.planning.route import build_cost_field
 from drake_starnav.planning.state import EMPTY_PATH, PlannerInput, PlannerState
 from drake_starnav.surroundings.erosion import smooth_distances

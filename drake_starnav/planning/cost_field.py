@@ -8,8 +8,8 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.planning.bucket_search import UNREACHED_COST, search_buckets
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import OFF, STRIDE, TILE, Grid
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS
 
 NEAR_WALL_COST = 0.4
 """Additional cost of a metre right at an obstacle, as a multiple of its length: wide paths are preferred."""

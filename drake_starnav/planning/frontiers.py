@@ -10,9 +10,8 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.grid import HIT_ERROR, measure_distance_at
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS, StarRoadmap
 from drake_starnav.surroundings.region_union import RegionUnion, find_covering_region
 
 STEP, BEYOND, COVER_SLACK, LEAST = 0.4, 0.4, 0.2, 0.8

@@ -29,7 +29,6 @@ from drake_starnav.planning.state import (
     Route,
 )
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.obstruction import AVOIDED_WITHIN
 from drake_starnav.surroundings.region_union import find_covering_region
 from drake_starnav.surroundings.star_region import StarRegion
 from drake_starnav.utils.snapshot import replace_fields
@@ -40,6 +39,8 @@ SILENT_SHARE = 0.5
 """The sensor counts as silent when it sends no scan for this share of `progress_timeout`."""
 NEW_SHARE = 0.01
 """With a map from an earlier goal, a region is worth a node only if more than this share of its area is new."""
+AVOIDED_WITHIN = 6.0
+"""A moving obstacle nearer than this obstructs the robot, in cover radii; the robot may be giving way to it."""
 MOST_CLOSED = 6
 """Exits that are closed at most in one update."""
 

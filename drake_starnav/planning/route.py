@@ -1,15 +1,15 @@
 """The route: along the one optimistic path, to the goal or to where that path leaves the regions."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import measure_arc_lengths
-from drake_starnav.planning.approach import list_goal_candidates
 from drake_starnav.planning.cost_field import CostField, CostmapParams, compute_cost_to_go
 from drake_starnav.planning.frontiers import find_region_frontiers
-from drake_starnav.planning.grid import STRIDE
+from drake_starnav.planning.grid import HIT_ERROR, STRIDE, Grid
 from drake_starnav.planning.state import PlannerInput, PlannerState, Route
 from drake_starnav.planning.string_pulling import pull_string
 from drake_starnav.surroundings.region_union import find_covering_region, find_first_departure
@@ -26,13 +26,30 @@ UNCERTAIN_MARGINS = 3.0
 """Hits may err by this many times the least margin, which allows for the errors of most."""
 SEARCH_BORDER = 2.0
 """The optimistic path is searched this far beyond all that is known, in radii: no way is shorter farther out."""
+INSIDE_TOLERANCE = 0.2
+"""The place lies inside the goal's tolerance by this much, in radii of the robot."""
+LINE_CLEARANCE = 0.4
+"""Clearance of the line from the place to the goal, in radii: no obstacle stands between them."""
+
+
+class GoalCandidates(NamedTuple):
+    """Where the robot may arrive.
+
+    Attributes:
+        goal: where it heads while none of the places is known to be free, shape (2,), W, m.
+        places: places within the goal's tolerance and in sight of it, nearest first, shape (k, 2), W, m.
+    """
+
+    goal: np.ndarray
+    places: np.ndarray
 
 
 def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerInput) -> Route | None:
     """Return the route along the optimistic path; None if the hits leave no way even if all unknown space were free.
 
     It ends at the goal if a region contains that; for a goal beside a wall, at the place nearest to it that a region
-    contains (see `approach`). Else it ends at the exit: of all frontiers, the one of least cost to come and to go.
+    contains (see `list_goal_candidates`). Else it ends at the exit: of all frontiers, the one of least cost to come
+    and to go.
 
     Args:
         state: with the roadmap.
@@ -69,6 +86,42 @@ def find_route(state: PlannerState, current_region: StarRegion, inputs: PlannerI
     if aim is not None and find_first_departure(union, tuple(path[last]), tuple(aim), 0.0, inputs.cover_radius) < 0.0:
         way = np.vstack((way, aim))
     return Route(pull_string(way, position, sight, inputs.cover_radius), np.vstack((way[-1], path[first])), path_beyond)
+
+
+def list_goal_candidates(
+    grid: Grid, goal: np.ndarray, tolerance: float, radius: float, margin: float
+) -> GoalCandidates:
+    """Return the goal if it is clear of known hits; else all suitable places, and the nearest clear one as the goal.
+
+    If no place is clear, the goal is the place farthest from hits.
+
+    Args:
+        grid: hits known so far; unknown places count as clear.
+        goal: shape (2,), W, m.
+        tolerance: a robot this near to the goal has reached it, m.
+        radius: of the robot, m.
+        margin: that it keeps beyond, m.
+    """
+    needed_distance, farthest_offset = radius + margin + HIT_ERROR * radius, tolerance - INSIDE_TOLERANCE * radius
+    goal_alone = GoalCandidates(goal, goal[None, :])
+    if farthest_offset <= 0.0 or grid.distance(goal_alone.places)[0] >= needed_distance:
+        return goal_alone
+    steps = np.arange(0.0, farthest_offset + 1e-9, min(grid.resolution, farthest_offset))
+    steps = np.concatenate((-steps[:0:-1], steps))
+    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    goal_distances = np.hypot(*offsets.T)
+    nearest_order = np.argsort(goal_distances, kind="stable")
+    places = goal + offsets[nearest_order[goal_distances[nearest_order] <= farthest_offset]]
+    goal_lines = goal + np.linspace(0.0, 1.0, 6)[:, None, None] * (places - goal)
+    is_seen = (grid.distance(goal_lines.reshape(-1, 2)).reshape(goal_lines.shape[:2]) > LINE_CLEARANCE * radius).all(
+        axis=0
+    )
+    if not is_seen.any():
+        return goal_alone
+    places = places[is_seen]
+    distance = grid.distance(places)
+    clear_places = np.flatnonzero(distance >= needed_distance)
+    return GoalCandidates(places[clear_places[0] if len(clear_places) else np.argmax(distance)], places)
 
 
 def find_frontier_point(

@@ -10,11 +10,10 @@ import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import simplify_polyline
-from drake_starnav.planning.closed_places import NOTHING_CLOSED, ClosedPlaces
 from drake_starnav.planning.frontiers import find_frontiers
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import NOTHING_CLOSED, ClosedPlaces, StarRoadmap
 from drake_starnav.planning.string_pulling import find_farthest_in_sight
 from drake_starnav.robot import Base, Limits
 from drake_starnav.surroundings.margins import Margins

@@ -16,7 +16,6 @@ from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
 from drake_starnav.surroundings.erosion import find_field_of_view, smooth_distances
-from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.polar_image import PlacedBeams, covers_full_circle, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits, RecentHits
@@ -25,7 +24,13 @@ from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_
 from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.surroundings.view import RangeSmoothing, View, find_near_hits
 from drake_starnav.surroundings.view_arrays import ViewArrays
-from drake_starnav.surroundings.view_history import VIEW_SPACING, Odometer, ViewHistory, forget_stale_views
+from drake_starnav.surroundings.view_history import (
+    VIEW_SPACING,
+    InitialFreeDisc,
+    Odometer,
+    ViewHistory,
+    forget_stale_views,
+)
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 NEAR_HIT_RANGE = 4.0

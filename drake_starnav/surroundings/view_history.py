@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import compress
 from typing import NamedTuple
 
@@ -10,9 +11,11 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import Place, transform_points
 from drake_starnav.lidar.field_of_view import TURN
-from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
+from drake_starnav.lidar.laser_scan import Beams, LaserScan
+from drake_starnav.surroundings.chords import BINS, Chords, measure_visible_ranges
 from drake_starnav.surroundings.margins import VIEW_TURN, ViewRetention
 from drake_starnav.surroundings.view import View
+from drake_starnav.utils.snapshot import snapshot
 
 VIEW_SPACING, MOST_VIEWS = 0.125, 32
 """Past views are this many radii of the robot apart, or turned; at most this many of each lidar are kept."""
@@ -33,6 +36,36 @@ class Odometer(NamedTuple):
         """Return the odometer after a step from one pose (x, y, yaw) to another."""
         x, y, yaw = (pose - previous_pose).tolist()
         return Odometer(self.way + math.hypot(x, y), self.turn + abs(math.remainder(yaw, TURN)))
+
+
+@snapshot
+class InitialFreeDisc:
+    """A disc about the robot's initial pose that holds no obstacle but those that are seen from there.
+
+    Attributes:
+        visible_ranges: radius of the disc in each bearing bin, shape (BINS,), m.
+    """
+
+    visible_ranges: np.ndarray
+
+    @staticmethod
+    def of_radius(radius: float) -> "InitialFreeDisc":
+        """Return a whole disc of this radius, m."""
+        return InitialFreeDisc(np.full(BINS, radius))
+
+    @cached_property
+    def beams(self) -> Beams:
+        """The disc as the beams of a lidar that hit nothing."""
+        farthest_range, lost_ranges = float(self.visible_ranges.max()), np.full(BINS, math.nan)
+        free = self.visible_ranges
+        return LaserScan(
+            0.0, 0.0, TURN / BINS, 0.0, max(farthest_range, 1e-9), lost_ranges, lost_beams=True, free=free
+        ).beams
+
+    def cut_by(self, chords: Chords, pose: tuple[float, float, float]) -> "InitialFreeDisc":
+        """Return the disc about a pose (x, y, yaw) in W without what lies at or behind the surfaces among chords."""
+        end_points, radius = chords.ends[chords.is_surface], float(self.visible_ranges.max())
+        return InitialFreeDisc(np.minimum(self.visible_ranges, measure_visible_ranges(end_points, pose, radius)))
 
 
 class ViewHistory(NamedTuple):

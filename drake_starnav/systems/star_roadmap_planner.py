@@ -14,18 +14,18 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.manoeuvres import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, plan_step
-from drake_starnav.planning.closed_places import NOTHING_CLOSED, ClosedPlaces
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.monitoring import distance_to
 from drake_starnav.planning.planner import PROGRESS_DISTANCE
+from drake_starnav.planning.roadmap import NOTHING_CLOSED, ClosedPlaces
 from drake_starnav.planning.state import ManoeuvreContext, PlannerStatus, PlanStep
 from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import compute_time_from_rest
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.obstruction import SHORTEST_WAY, describe_nearest, describe_obstruction
 from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.systems.obstruction import SHORTEST_WAY, describe_nearest, describe_obstruction
 from drake_starnav.systems.release import declare_value, declare_vector
 from drake_starnav.systems.scan_state import ScanState
 from drake_starnav.utils.snapshot import snapshot

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.approach import INSIDE_TOLERANCE, LINE_CLEARANCE, list_goal_candidates
 from drake_starnav.planning.grid import HIT_ERROR, Grid
+from drake_starnav.planning.route import INSIDE_TOLERANCE, LINE_CLEARANCE, list_goal_candidates
 from tests.helpers.scans import RADIUS, seeds
 
 RESOLUTION = 0.05

@@ -7,9 +7,14 @@ import pytest
 import shapely
 
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, NOTHING_CLOSED, SPACING, ClosedPlaces
 from drake_starnav.planning.closures import add_latest_node, close_path, find_blocking_keep_outs, reopen_closures
-from drake_starnav.planning.roadmap import replace_regions
+from drake_starnav.planning.roadmap import (
+    CLOSURE_RADIUS,
+    KEEP_OUT_SPACING,
+    NOTHING_CLOSED,
+    ClosedPlaces,
+    replace_regions,
+)
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
@@ -46,7 +51,7 @@ def test_a_wall_goes_all_around_at_its_distance_without_a_gap(distance: float) -
     nearest = shapely.distance(
         shapely.MultiPoint(wall), shapely.points(shapely.get_coordinates(around.segmentize(0.01)))
     )
-    assert nearest.max() <= 0.5 * SPACING * RADIUS + 1e-9
+    assert nearest.max() <= 0.5 * KEEP_OUT_SPACING * RADIUS + 1e-9
 
 
 def test_a_region_keeps_off_walls_and_who_is_on_one_may_leave() -> None:

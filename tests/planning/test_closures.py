@@ -9,8 +9,8 @@ from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.closures import CLOSED_AHEAD, LEAST_CLOSURE_DISTANCE, close_path, reopen_closures
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.state import ManoeuvreState
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region

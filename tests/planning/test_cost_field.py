@@ -11,9 +11,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from drake_starnav.planning import cost_field
 from drake_starnav.planning.bucket_search import UNREACHED_COST
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.cost_field import BLOCKED_SLACK, SOFT_ZONE, CostField, CostmapParams, compute_cost_to_go
 from drake_starnav.planning.grid import OFF, STRIDE, Coverage, Grid
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS
 from tests.helpers.scans import RADIUS, seeds, wandered
 
 RESOLUTION = 0.05

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 from hypothesis import given, settings
 
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.frontiers import BEYOND, COVER_SLACK, LEAST, STEP, find_frontiers, find_region_frontiers
 from drake_starnav.planning.grid import HIT_ERROR
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, distance, explored, length, seeds, segment_distance, wandered
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import (
+    CLOSURE_RADIUS,
     StarRoadmap,
     add_node,
     measure_uncovered_share,

@@ -9,11 +9,10 @@ from hypothesis import given, settings
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.planning import state as planner_state
-from drake_starnav.planning.closed_places import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.frontiers import find_region_frontiers
 from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.monitoring import REPLAN_DISTANCE, is_obstructed
-from drake_starnav.planning.roadmap import StarRoadmap
+from drake_starnav.planning.roadmap import CLOSURE_RADIUS, ClosedPlaces, StarRoadmap
 from drake_starnav.planning.route import LARGEST_EXIT_SHIFT, LENGTH_OUTSIDE, _find_exit, find_frontier_point, find_route
 from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region

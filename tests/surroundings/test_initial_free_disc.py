@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.surroundings.chords import BINS, Chords
-from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
+from drake_starnav.surroundings.view_history import InitialFreeDisc
 
 HERE = (0.0, 0.0, 0.0)
 

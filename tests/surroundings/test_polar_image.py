@@ -16,10 +16,10 @@ from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.lidar.outlier_filter import remove_outliers
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
-from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_fields_of_view, perceive
 from drake_starnav.surroundings.polar_image import find_view_range, make_polar_image
 from drake_starnav.surroundings.view import View
+from drake_starnav.surroundings.view_history import InitialFreeDisc
 from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import AHEAD, CENTRED, CORNERS, LIDARS, Lidar, looks, mounts

@@ -9,10 +9,15 @@ from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.se2 import find_pose_in_frame, transform_points
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
-from drake_starnav.surroundings.initial_free_disc import InitialFreeDisc
 from drake_starnav.surroundings.margins import ViewRetention
 from drake_starnav.surroundings.view import View
-from drake_starnav.surroundings.view_history import MOST_VIEWS, Odometer, ViewHistory, forget_stale_views
+from drake_starnav.surroundings.view_history import (
+    MOST_VIEWS,
+    InitialFreeDisc,
+    Odometer,
+    ViewHistory,
+    forget_stale_views,
+)
 from drake_starnav.utils.snapshot import replace_fields
 from tests.helpers.scans import cast, scattered, seen_by, view_of
 

@@ -8,8 +8,8 @@ import pytest
 
 from drake_starnav.geometry.footprint import Footprint, disc, footprint
 from drake_starnav.lidar.laser_scan import DYNAMIC, LaserScan
-from drake_starnav.surroundings.obstruction import describe_obstruction
 from drake_starnav.surroundings.surroundings import Surroundings
+from drake_starnav.systems.obstruction import describe_obstruction
 from tests.helpers.scans import RADIUS, observe_scan
 
 MARGIN, REACH = 0.0145, 1.2

@@ -8,14 +8,13 @@ from drake_starnav.geometry.footprint import Footprint, measure_point_distance
 from drake_starnav.geometry.se2 import invert_pose, transform_points
 from drake_starnav.lidar.field_of_view import TURN
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.planning.planner import AVOIDED_WITHIN
 from drake_starnav.surroundings.certified_star import CertifiedStar
 from drake_starnav.surroundings.erosion import find_field_of_view
 from drake_starnav.surroundings.surroundings import Surroundings
 
 SHORTEST_WAY = 0.2
 """Nothing that stands obstructs a robot that is certified to drive farther than this, in its cover radii."""
-AVOIDED_WITHIN = 6.0
-"""A moving obstacle nearer than this obstructs the robot, in cover radii; the robot may be giving way to it."""
 
 
 def describe_obstruction(
