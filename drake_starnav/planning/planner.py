@@ -307,12 +307,13 @@ def find_open_route(
     """Find a route whose exit is open; return the state with what was closed or reopened, and the route, or None.
 
     An exit at which the robot stands is closed if its probe is occluded, and the search begins again, at most
-    MOST_CLOSED times. As long as the probe is neither seen nor shown to be occluded, the robot drives on towards it.
+    MOST_CLOSED times. As long as the probe is neither seen nor shown to be occluded, or is left for the next update, the
+    robot drives on towards it.
     Where no route is left, closures are reopened.
     """
     region, route = inputs.observation.region, None
     assert region is not None
-    for _ in range(MOST_CLOSED):
+    for closed_count in range(MOST_CLOSED + 1):
         current_region = state.roadmap.closures.open_part(region)
         route = find_route(state, current_region, inputs)
         if (
@@ -329,7 +330,7 @@ def find_open_route(
             return state, route._replace(path=probe[None])  # the lidar may not have looked there yet
         if state.is_retrying or is_boxed_in:
             break
-        if not is_probe_occluded(state, viewpoint, probe, inputs):
+        if closed_count == MOST_CLOSED or not is_probe_occluded(state, viewpoint, probe, inputs):
             return state, route._replace(path=probe[None])
         state = close_path(state, np.vstack((route.path, route.beyond)), inputs)
     return state, route

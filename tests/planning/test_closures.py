@@ -8,7 +8,7 @@ import pytest
 from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
+from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
 from drake_starnav.planning.closures import CLOSED_AHEAD, LEAST_CLOSURE_DISTANCE, close_path, reopen_closures
 from drake_starnav.planning.roadmap import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.state import ManoeuvreState
@@ -67,6 +67,21 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
         again = reopen_closures(after, now)
         assert again.is_retrying and not len(failed(again))
         assert again.roadmap.union.contains(failed(after)).all()
+
+
+def test_of_many_exits_that_are_closed_in_one_update_none_is_the_next(monkeypatch):
+    """As if the robot stood at each exit that it chooses, and hits hid what is behind it."""
+    pillars = [(1.5 * np.cos(turn), 1.5 * np.sin(turn), 0.1) for turn in np.linspace(0.0, 2.0 * np.pi, 12)]
+    now = moment_at(World("pillars", (0, 0, 0), (9, 0), cylinders=pillars), np.zeros(3), np.random.default_rng(0), 0.0)
+    state = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
+    closed_ways = []
+    monkeypatch.setattr(planner, "is_at_unseen_exit", lambda *_: True)
+    monkeypatch.setattr(planner, "is_probe_occluded", lambda *_: True)
+    monkeypatch.setattr(planner, "close_path", lambda s, way, i: closed_ways.append(way) or close_path(s, way, i))
+    monkeypatch.setattr(planner, "MOST_CLOSED", 2)
+    state, route = planner.find_open_route(state, False, False, now)
+    assert len(closed_ways) == len(failed(state)) == 2
+    assert not any(np.array_equal(way[-len(route.beyond) :], route.beyond) for way in closed_ways)
 
 
 def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
