@@ -62,13 +62,25 @@ def check_plan(state: PlannerState, region: StarRegion, inputs: PlannerInput) ->
     """
     scan, (x, y, yaw) = inputs.observation.scan, inputs.observation.pose.tolist()
     roadmap, route = state.roadmap, state.route
-    since_node = distance_to(inputs.position, state.progress.node_position)
-    since_plan = distance_to(inputs.position, route.start)
-    plan = route.path, EMPTY_PATH if route.exit is None else route.exit[1:], route.beyond
-    view = tuple(scan.beams), (x, y, math.cos(yaw), math.sin(yaw)), inputs.margins.smoothing_slack
-    known = tuple(roadmap.union), tuple(region.as_union), state.is_retrying, tuple(roadmap.grid.arrays)
-    place = inputs.position.tolist()  # plain tuples are handed over six times as fast
-    return PlanCheck(*_check(*place, (since_node, since_plan), plan, known, view, inputs.cover_radius))
+    frame = x, y, math.cos(yaw), math.sin(yaw)
+    return PlanCheck(
+        *_check(  # plain tuples are handed over six times as fast as named ones
+            tuple(inputs.position.tolist()),
+            distance_to(inputs.position, state.progress.node_position),
+            distance_to(inputs.position, route.start),
+            route.path,
+            EMPTY_PATH if route.exit is None else route.exit[1:],
+            route.beyond,
+            tuple(roadmap.union),
+            tuple(region.as_union),
+            state.is_retrying,
+            tuple(roadmap.grid.arrays),
+            tuple(scan.beams),
+            frame,
+            inputs.margins.smoothing_slack,
+            inputs.cover_radius,
+        )
+    )
 
 
 def is_facing(inputs: PlannerInput, position: np.ndarray) -> bool:
@@ -92,17 +104,22 @@ def distance_to(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @kernel
-def _check(x, y, driven, plan, known, view, cover_radius):
-    """Return the fields of a `PlanCheck`, as for `check_plan`; `driven` since the last node and since the plan, m."""
-    (path, probe, beyond), (union, region, is_retrying, grid) = plan, known
-    union, region, grid = RegionUnion(*union), RegionUnion(*region), GridArrays(*grid)
+def _check(
+    position, node_distance, plan_distance, path, probe, beyond, union, region, is_retrying, grid, beams, frame, slack,
+    cover_radius,
+):  # fmt: skip
+    """Return the fields of a `PlanCheck`, as for `check_plan`.
+
+    The robot is `node_distance` from the last node, and `plan_distance` from where the plan was made, m.
+    """
+    (x, y), union, region, grid = position, RegionUnion(*union), RegionUnion(*region), GridArrays(*grid)
     tolerance = OUTSIDE_TOLERANCE * cover_radius
     sees_probe = (
-        driven[0] > PROBE_SEEN_AFTER * cover_radius
+        node_distance > PROBE_SEEN_AFTER * cover_radius
         and len(probe) > 0
         and find_covering_region(region, probe[0, 0], probe[0, 1], 0.0) >= 0
     )
-    is_outside = driven[0] > tolerance and find_covering_region(union, x, y, tolerance) < 0
+    is_outside = node_distance > tolerance and find_covering_region(union, x, y, tolerance) < 0
     if len(path) == 0:
         return sees_probe, is_outside, False, 0, False, False
     passed_count = count_passed_points(x, y, path, region if is_retrying else union, cover_radius)
@@ -112,8 +129,8 @@ def _check(x, y, driven, plan, known, view, cover_radius):
     )
     is_uncertain = _is_uncertain(path, x, y, grid, cover_radius) or _is_uncertain(beyond, x, y, grid, cover_radius)
     is_blocked = False
-    if driven[1] > REPLAN_DISTANCE * cover_radius and len(beyond) > 1:  # there is something beyond the probe
-        beams, frame, slack = Beams(*view[0]), view[1], view[2]
+    if plan_distance > REPLAN_DISTANCE * cover_radius and len(beyond) > 1:  # there is something beyond the probe
+        beams = Beams(*beams)
         distance = average_neighbours(beams, np.int64(SMOOTHING_BEAMS), slack)
         is_blocked = is_obstructed(beyond, bridge_hits(beams, distance, frame, 2.0 * cover_radius), cover_radius)
     return sees_probe, is_outside, is_blocked, passed_count, has_strayed, is_uncertain

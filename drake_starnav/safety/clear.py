@@ -67,7 +67,7 @@ class ClearanceCertificate(NamedTuple):
 @kernel
 def star_covers(star, samples, places):
     """Return whether `StarArrays` contain places (m, 2) on a robot at all samples of a `Motion` but the first."""
-    center, bearing_0, values = star
+    center, bearing_0, values = star.center, star.bearing_0, star.values
     for k in range(1, len(samples)):
         x, y, cosine, sine = samples[k, 0], samples[k, 1], math.cos(samples[k, 2]), math.sin(samples[k, 2])
         for j in range(len(places)):

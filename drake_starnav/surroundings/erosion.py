@@ -139,9 +139,10 @@ def make_bearing_tables(samples: int) -> tuple[np.ndarray, np.ndarray]:
 @kernel
 def compute_disc_range(distance, disc):
     """Return values, limit and margin of a `FreeRange` for smoothed distances (n,), m, and a `DiscInView`."""
-    beams, limit, radius, (margin, least), (cosine, squares), is_merged = disc
+    beams, limit, radius, (cosine, squares) = disc.beams, disc.limit, disc.radius, disc.tables
+    margin, least = disc.margins
     samples, inflated_radius, shut = len(cosine), radius + margin, SHUT * radius
-    if is_merged and samples == len(distance):
+    if disc.is_merged and samples == len(distance):
         limit, distance = limit.copy(), distance.copy()
         for i in range(samples):
             if beams.kinds[i] & LOST:
