@@ -8,7 +8,8 @@ from drake_starnav.utils.compilation import SourcesCache
 def kernel(function, **options):
     """Have Numba compile a function when it is called first, or load it from the cache.
 
-    A division by zero gives inf or NaN, as in NumPy: exceptions would take longer to compile.
+    A division by zero gives inf or NaN, as in NumPy: exceptions would take longer to compile. A constant that one
+    kernel hands to another is an `np.int64` or `np.bool_`: for a literal that would be compiled once more.
     """
     dispatcher = njit(error_model="numpy", **options)(function)
     dispatcher._cache = SourcesCache(function)  # as its `enable_caching` would with Numba's own
@@ -25,7 +26,7 @@ def leaf(function):
 
 @leaf
 def put(rows, k, values):
-    """As `rows[k] = values` of a tuple, which takes Numba 2 s to compile; a literal k would compile it once more."""
+    """As `rows[k] = values` of a tuple, which takes Numba 2 s to compile."""
     for j in range(len(values)):
         rows[k, j] = values[j]
 

@@ -95,7 +95,7 @@ def _find_covering_regions(union, points, slack):
     """Return the loop of `RegionUnion.covers`: the region that contains a point is tried first on the next."""
     center, bearing_0, values = union.center, union.bearing_0, union.values
     found_regions = np.empty(len(points), np.int64)
-    last_region = np.int64(-1)  # a literal would compile its callees twice
+    last_region = np.int64(-1)
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if last_region < 0 or not covers(center, bearing_0, values, last_region, x, y, slack):

@@ -81,7 +81,7 @@ def is_collision_free(poses, chords, views, body, limits):
         if not chords.occludes[j]:
             return False
         if chords.is_surface[j] and not _keeps_clearance(
-            frames, moved_distance, end_points, center, False, body, margin
+            frames, moved_distance, end_points, center, np.bool_(False), body, margin
         ):
             return False
         if not _keeps_occluded_part_free(frames, moved_distance, end_points, center, views, body, margin, view_queries):
@@ -114,7 +114,9 @@ def _keeps_occluded_part_free(frames, moved_distance, end_points, center, views,
     """Return whether all that a chord hides of a body with a margin around it is free, or no nearer than at first."""
     i, count = 0, len(moved_distance)
     while i < count:
-        gap = measure_body_chord_distance(frames[i], end_points, center, True, body, margin + moved_distance[-1])
+        gap = measure_body_chord_distance(
+            frames[i], end_points, center, np.bool_(True), body, margin + moved_distance[-1]
+        )
         if gap < margin:
             gap = margin
             if is_occluded_part_free(
@@ -157,7 +159,7 @@ def measure_body_chord_distance(frame, end_points, center, occludes, body, enoug
     cx, cy = transform_point(center[0], center[1], frame)
     chord = ax, ay, bx, by
     rays = (ax - cx, ay - cy, bx - cx, by - cy) if occludes else (0.0, 0.0, 0.0, 0.0)
-    least, start = np.inf, 0
+    least, start = np.inf, np.int64(0)
     for end in body.polygons.ends:
         least = min(least, _measure_part_chord_distance(chord, rays, body.polygons, start, end, enough_distance))
         start = end

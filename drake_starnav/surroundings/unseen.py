@@ -71,7 +71,7 @@ def is_known_free(part, n, views, step, view_queries):
     if _is_part_free(part, n, views, step, view_queries)[0]:
         return True
     for i in range(n):  # mostly a corner decides
-        if not _is_part_free(part[i : i + 1], 1, views, step, view_queries)[0]:
+        if not _is_part_free(part[i : i + 1], np.int64(1), views, step, view_queries)[0]:
             return False
     stack, sizes, depth = np.empty((DEPTH, n + 2 * DEPTH, 2)), np.empty(DEPTH, np.int64), 1
     sizes[0] = n
@@ -135,7 +135,7 @@ def _keeps_distance(part, n, step):
         x, y = x + end_corner[i, 0] / n, y + end_corner[i, 1] / n
     stops, count = step.body.polygons.ends, max(len(step.body.polygons.ends), 1)
     start_distances = np.empty((count, n))
-    nearest, start = 0, 0
+    nearest, start = 0, np.int64(0)
     moves_off = np.ones(count, np.bool_)
     for k in range(count):
         end = stops[k] if len(stops) else 0
@@ -148,7 +148,7 @@ def _keeps_distance(part, n, step):
                 moves_off[k] = moves_off[k] and nx * dx + ny * dy >= -EXACT
         nearest = k if start_distances[k].max() < start_distances[nearest].max() else nearest
         start = end
-    start = 0
+    start = np.int64(0)
     for k in range(count):
         end = stops[k] if len(stops) else 0
         if not moves_off[k]:
