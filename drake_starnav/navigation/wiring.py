@@ -78,43 +78,40 @@ def add_navigation(
     """
     check_kind(scenario, Scenario, "scenario", "as from load_scenario")
     check_kind(parts, Parts, "parts", "of your own")
-    if isinstance(parts.station, StationInterface):  # whose plant has a time step of its own
-        step = parts.station.scenario.simulation.time_step
-        scenario = dataclasses.replace(scenario, simulation=dataclasses.replace(scenario.simulation, time_step=step))
+    scenario = _adopt_time_step(scenario, parts)
     parts = parts.of_method(scenario)
     _check_parts(scenario, parts)
     _check_names(builder, parts)
     world = _check_world(scenario, parts, seed)
-    station = parts.station
-    if station is None:
-        station = builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
+    station = parts.station or builder.AddNamedSystem("station", NavigationStation(world, scenario, seed=seed))
     config = LoopConfig(scenario, check_and_derive_margins(scenario, station.mounts, parts.certified), parts, stopwatch)
-    if isinstance(parts.station, RobotInterface):
-        check_own_plant(parts.station, world)
-    if isinstance(station, StationInterface):
-        check_time_step(station.robot_interface)
-        if parts.certified:
-            check_start(world, scenario, station.mounts, config.margins.safety)
+    _check_station(config, station, world)
     goal = add_system(builder, "goal", parts.goal or _read_goal(scenario, world), "goal")
     navigation = Navigation(world, station, goal)
     own_controller = _make_own_system(parts.controller)
     if _asks_for_planning(parts, own_controller, navigation):
-        navigation = _add_planning(builder, config, parts, _add_perception(builder, config, navigation))
+        navigation = _add_planning(builder, config, _add_perception(builder, config, navigation))
     if isinstance(goal, GoalSequence):
         connect_inputs(builder, goal, {"state": navigation.localization("state")}, "goal")
-    shield = parts.shield or _make_shield(config, parts)
-    controller = add_system(builder, "controller", own_controller or _make_controller(config), "controller")
-    if isinstance(controller, Controller):
-        if controller.needs_lidar_on_axis:
-            check_lidar_on_axis(scenario, station.mounts)
-        controller.stopwatch = controller.stopwatch or stopwatch
-    shield = add_system(builder, "shield", shield, "shield")
-    navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
-    _connect_control(builder, config, parts, navigation)
-    connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
-    if navigation.matcher is not None and "certificate" in list_outputs(shield):
-        builder.Connect(shield.GetOutputPort("certificate"), navigation.matcher.GetInputPort("certificate"))
-    return navigation
+    return _add_control(builder, config, navigation, own_controller)
+
+
+def _adopt_time_step(scenario: Scenario, parts: Parts) -> Scenario:
+    """Return the scenario with the time step of a station of the user's, whose plant is made already."""
+    if not isinstance(parts.station, StationInterface):
+        return scenario
+    time_step = parts.station.scenario.simulation.time_step
+    return dataclasses.replace(scenario, simulation=dataclasses.replace(scenario.simulation, time_step=time_step))
+
+
+def _check_station(config: LoopConfig, station: System, world: World) -> None:
+    """Raise a `StarnavError` where a plant of the user's, its time step or the start does not suit."""
+    if isinstance(config.parts.station, RobotInterface):
+        check_own_plant(config.parts.station, world)
+    if isinstance(station, StationInterface):
+        check_time_step(station.robot_interface)
+        if config.parts.certified:
+            check_start(world, config.scenario, station.mounts, config.margins.safety)
 
 
 def _asks_for_planning(parts: Parts, own_controller: System | None, navigation: Navigation) -> bool:
@@ -178,47 +175,39 @@ def _check_world(scenario: Scenario, parts: Parts, seed: int) -> World:
     return parts.world
 
 
-def _make_shield(config: LoopConfig, parts: Parts) -> System:
+def _make_shield(config: LoopConfig) -> System:
     robot, controller = config.scenario.robot, config.scenario.controller
-    if not parts.certified:
+    if not config.parts.certified:
         return Unshielded(robot, controller, stopwatch=config.stopwatch)
     return TwistShield(
         robot,
         controller,
         config.margins,
-        certificates=_make_zones(config, parts) + parts.certificates,
+        certificates=_make_zones(config) + config.parts.certificates,
         obstacles=config.obstacles,
         state_lead=config.state_lead,
         stopwatch=config.stopwatch,
     )
 
 
-def _make_zones(config: LoopConfig, parts: Parts) -> tuple[Certificate, ...]:
+def _make_zones(config: LoopConfig) -> tuple[Certificate, ...]:
     """The scenario's zones that are not among the user's certificates."""
-    return tuple(zone for zone in config.scenario.zones if zone not in parts.certificates)
+    return tuple(zone for zone in config.scenario.zones if zone not in config.parts.certificates)
 
 
 def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
-    """The navigation with what processes scans: tracker, perception and matcher."""
-    scenario, station = config.scenario, navigation.station
-    lidar, localization = _make_worst_case_lidar(scenario), scenario.localization
-    mounts, tracker, matcher = station.mounts, None, None
-    names = lidar_names("scan", len(mounts))
-    scans = scan_ports(station)
-    scan_pose = station.GetOutputPort("localization.scan_pose")
+    """Add what processes scans: tracker and matcher where they are declared, and perception."""
+    scans = scan_ports(navigation.station)
     if config.obstacles is not None:
-        tracker = ObstacleTracker(config.obstacles, lidar, mounts, stopwatch=config.stopwatch)
-        builder.AddNamedSystem("tracker", tracker)
-        for name, scan in zip(names, scans, strict=True):
-            builder.Connect(scan, tracker.GetInputPort(name))
-        builder.Connect(scan_pose, tracker.GetInputPort("pose"))
-        scans = [tracker.GetOutputPort(name) for name in names]
+        navigation = _add_tracker(builder, config, navigation)
+        assert navigation.tracker is not None
+        scans = [navigation.tracker.GetOutputPort(name) for name in lidar_names("scan", len(scans))]
     own = _make_own_system(config.parts.perception)
     perception = own or StarPerception(
-        scenario.robot,
+        config.scenario.robot,
         config.margins,
-        lidar,
-        mounts=mounts,
+        _make_worst_case_lidar(config.scenario),
+        mounts=navigation.station.mounts,
         certifies=config.parts.certified,
         perceive=find_function(config.parts.perception) or perceive,
         stopwatch=config.stopwatch,
@@ -226,18 +215,38 @@ def _add_perception(builder: DiagramBuilder, config: LoopConfig, navigation: Nav
     perception = add_system(builder, "perception", perception, "perception")
     for name in ("observation", "surroundings"):
         find_output_port(perception, name, None, "perception")
-    scans_by_name = dict(zip(names, scans, strict=True))
+    sources = dict(zip(lidar_names("scan", len(scans)), scans, strict=True))
     if own is None:
-        scans_by_name["pose"] = scan_pose  # that of the scan, as our perception calls it
-    connect_inputs(builder, perception, navigation.signals | scans_by_name, "perception")
-    if config.matches:
-        error = OdometryError(localization.drift, localization.jump, lidar.noise, scenario.robot.shape.cover_radius)
-        matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
-        builder.Connect(perception.GetOutputPort("observation"), matcher.GetInputPort("observation"))
-        builder.Connect(perception.GetOutputPort("surroundings"), matcher.GetInputPort("surroundings"))
-        builder.Connect(station.GetOutputPort("localization.state"), matcher.GetInputPort("state"))
-        builder.Connect(scan_pose, matcher.GetInputPort("scan_pose"))
-    return dataclasses.replace(navigation, perception=perception, tracker=tracker, matcher=matcher)
+        sources["pose"] = navigation.localization("scan_pose")  # that of the scan, as our perception calls it
+    connect_inputs(builder, perception, navigation.signals | sources, "perception")
+    navigation = dataclasses.replace(navigation, perception=perception)
+    return _add_matcher(builder, config, navigation) if config.matches else navigation
+
+
+def _add_tracker(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
+    """Add what tracks moving obstacles in the scans, and tells which hits are of them."""
+    assert config.obstacles is not None
+    lidar, mounts = _make_worst_case_lidar(config.scenario), navigation.station.mounts
+    tracker = ObstacleTracker(config.obstacles, lidar, mounts, stopwatch=config.stopwatch)
+    builder.AddNamedSystem("tracker", tracker)
+    for name, scan in zip(lidar_names("scan", len(mounts)), scan_ports(navigation.station), strict=True):
+        builder.Connect(scan, tracker.GetInputPort(name))
+    builder.Connect(navigation.localization("scan_pose"), tracker.GetInputPort("pose"))
+    return dataclasses.replace(navigation, tracker=tracker)
+
+
+def _add_matcher(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
+    """Add what corrects the pose by the scans."""
+    scenario, perception = config.scenario, navigation.perception
+    assert perception is not None
+    localization, radius = scenario.localization, scenario.robot.shape.cover_radius
+    error = OdometryError(localization.drift, localization.jump, _make_worst_case_lidar(scenario).noise, radius)
+    matcher = builder.AddNamedSystem("matcher", ScanMatcher(error))
+    for name in ("observation", "surroundings"):
+        builder.Connect(perception.GetOutputPort(name), matcher.GetInputPort(name))
+    for name in ("state", "scan_pose"):
+        builder.Connect(navigation.localization(name), matcher.GetInputPort(name))
+    return dataclasses.replace(navigation, matcher=matcher)
 
 
 def _make_worst_case_lidar(scenario: Scenario) -> LidarParameters:
@@ -247,9 +256,9 @@ def _make_worst_case_lidar(scenario: Scenario) -> LidarParameters:
     return dataclasses.replace(lidars[0], rate=min(lidar.rate for lidar in lidars), noise=noise, outliers=outliers)
 
 
-def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> Navigation:
-    scenario, matcher = config.scenario, navigation.matcher
-    rules = *_make_zones(config, parts), *parts.certificates
+def _add_planning(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> Navigation:
+    scenario, parts, matcher = config.scenario, config.parts, navigation.matcher
+    rules = *_make_zones(config), *parts.certificates
     planner = _make_own_system(parts.planner) or StarRoadmapPlanner(
         scenario.robot,
         scenario.planner,
@@ -269,11 +278,30 @@ def _add_planning(builder: DiagramBuilder, config: LoopConfig, parts: Parts, nav
     return dataclasses.replace(navigation, planner=planner)
 
 
-def _connect_control(builder: DiagramBuilder, config: LoopConfig, parts: Parts, navigation: Navigation) -> None:
+def _add_control(
+    builder: DiagramBuilder, config: LoopConfig, navigation: Navigation, own_controller: System | None
+) -> Navigation:
+    """Add controller and shield, and connect them with each other, the station and the matcher."""
+    station, matcher = navigation.station, navigation.matcher
+    controller = add_system(builder, "controller", own_controller or _make_controller(config), "controller")
+    if isinstance(controller, Controller):
+        if controller.needs_lidar_on_axis:
+            check_lidar_on_axis(config.scenario, station.mounts)
+        controller.stopwatch = controller.stopwatch or config.stopwatch
+    shield = add_system(builder, "shield", config.parts.shield or _make_shield(config), "shield")
+    navigation = dataclasses.replace(navigation, controller=controller, shield=shield)
+    _connect_control(builder, config, navigation)
+    connect(builder, navigation.twist_command, station.GetInputPort("drive.twist_command"), "shield")
+    if matcher is not None and "certificate" in list_outputs(shield):
+        builder.Connect(shield.GetOutputPort("certificate"), matcher.GetInputPort("certificate"))
+    return navigation
+
+
+def _connect_control(builder: DiagramBuilder, config: LoopConfig, navigation: Navigation) -> None:
     """Connect the inputs of the controller, be it of the user's own or not, and of the shield."""
     assert navigation.controller is not None and navigation.shield is not None
     sources = {"twist_command": navigation.twist_command} | find_control_sources(builder, config, navigation)
-    own = navigation.controller is parts.controller
+    own = navigation.controller is config.parts.controller
     if not own and "guidance" not in sources:
         names = ", ".join(list_outputs(navigation.planner)) or "none"
         raise StarnavError(f"planner has the output ports {names}; allowed: one named guidance, or your own controller")

@@ -96,17 +96,12 @@ def compute_cost_to_go(
     """
     first_cell, cell_counts = grid.box(low, high)
     cell, first_middle = grid.resolution * STRIDE, first_cell + OFF
-    radius = params.cover_radius
-    blocked_distance, soft_distance = radius - BLOCKED_SLACK * radius, radius + SOFT_ZONE * radius
-    wide_distance = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
-    half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
-    limits = _ClearanceLimits(
-        blocked_distance - params.clearance_uncertainty, blocked_distance, soft_distance, wide_distance
-    )
-    weight = _weigh_cells(grid.arrays, first_cell, cell_counts, limits, NEAR_WALL_COST)
+    weight = _weigh_cells(grid.arrays, first_cell, cell_counts, _find_clearance_limits(params), NEAR_WALL_COST)
     if grid.coverage.counts.size:
         _raise_unknown(weight, grid.coverage, first_cell, round(10.0 * UNKNOWN_COST))
-    _close(weight, params.failed_places / cell - first_middle + 1.0, (CLOSURE_RADIUS * radius + half_diagonal) / cell)
+    half_diagonal = math.hypot(0.5, 0.5) * grid.resolution  # a path is up to this far off its cells' centres
+    closed_reach = CLOSURE_RADIUS * params.cover_radius + half_diagonal
+    _close(weight, params.failed_places / cell - first_middle + 1.0, closed_reach / cell)
     cost = np.zeros(weight.shape, np.int32)
     goal_cell = np.clip(np.rint(goal / cell - first_middle).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
     source_cell = np.full(2, -1) if source is None else np.rint(source / cell - first_middle).astype(np.int64) + 1
@@ -121,6 +116,15 @@ class _ClearanceLimits(NamedTuple):
     open: float
     soft: float
     wide: float
+
+
+def _find_clearance_limits(params: CostmapParams) -> _ClearanceLimits:
+    radius = params.cover_radius
+    open_distance = radius - BLOCKED_SLACK * radius
+    wide_distance = params.outer_radius if params.outer_radius > radius else 0.0  # of a disc nothing
+    return _ClearanceLimits(
+        open_distance - params.clearance_uncertainty, open_distance, radius + SOFT_ZONE * radius, wide_distance
+    )
 
 
 @kernel

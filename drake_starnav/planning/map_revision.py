@@ -80,24 +80,20 @@ def forget_contradicted(
     """
     if not nodes:
         return nodes
-    slack, hits = CONTRADICTION * cover_radius, [node.scan.mappable_hits for node in nodes]
+    hits = [node.scan.mappable_hits for node in nodes]
     counts = [np.count_nonzero(each) for each in hits]
     points = np.concatenate([find_mappable_hits(node)[0] for node in nodes])
     spacing = np.concatenate(
         [node.scan.distances[each] * node.scan.angle_increment for node, each in zip(nodes, hits, strict=True)]
     )
     breaks = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
-    time, gone = np.repeat([node.time for node in nodes], counts), np.zeros(len(points), bool)
+    times, gone = np.repeat([node.time for node in nodes], counts), np.zeros(len(points), bool)
     for observation in observers:
-        free_behind, beam = _measure_free_range(points, observation, slack)
-        through = (free_behind > slack) & (time < observation.time)
-        if not through.any():
-            continue
-        run = np.cumsum(np.append(False, breaks | (through[1:] != through[:-1])))
-        beam_steps = np.abs(np.diff(beam))
-        beam_steps = np.minimum(beam_steps, TURN / observation.scan.angle_increment - beam_steps)
-        width = np.bincount(run[1:], np.where(run[1:] == run[:-1], beam_steps, 0.0), minlength=run[-1] + 1)
-        gone |= through & (width >= RUN_BEAMS)[run]
+        free_behind, beam = _measure_free_range(points, observation, CONTRADICTION * cover_radius)
+        is_seen_through = (free_behind > CONTRADICTION * cover_radius) & (times < observation.time)
+        if is_seen_through.any():
+            run, width = _measure_runs(breaks | np.diff(is_seen_through), beam, observation.scan.angle_increment)
+            gone |= is_seen_through & (width >= RUN_BEAMS)[run]
     if not gone.any():
         return nodes
     lost_beams = [
@@ -108,6 +104,20 @@ def forget_contradicted(
         dataclasses.replace(node, scan=lose_beams(node.scan, each)) if len(each) else node
         for node, each in zip(nodes, lost_beams, strict=True)
     )
+
+
+def _measure_runs(breaks: np.ndarray, beam: np.ndarray, increment: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return which run each of n hits is in, and how many beams of an observer each run is wide.
+
+    Args:
+        breaks: shape (n - 1,), whether a run ends between two neighbours.
+        beam: shape (n,), on which of the observer's beams each lies, a real number.
+        increment: between two of its beams, rad.
+    """
+    run = np.cumsum(np.append(False, breaks))
+    steps = np.abs(np.diff(beam))
+    steps = np.minimum(steps, TURN / increment - steps)
+    return run, np.bincount(run[1:], np.where(run[1:] == run[:-1], steps, 0.0), minlength=run[-1] + 1)
 
 
 def _measure_free_range(points: np.ndarray, observation: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
@@ -179,24 +189,33 @@ def _find_contradicted_regions(union, points, sizes, gap):
     gaps of at most `gap`; `sizes` are its radius, and by how much a fit is below its samples at most, less
     CONTRADICTION. In m.
     """
-    (radius, jump), center, bearing_0, values = sizes, union.center, union.bearing_0, union.values
-    samples, is_contradicted = values.shape[1], np.zeros(len(center), np.bool_)
-    step = 2.0 * math.pi / samples
-    for k in range(len(center)):
+    (radius, jump), is_contradicted = sizes, np.zeros(len(union.center), np.bool_)
+    half_step = math.pi / union.values.shape[1]
+    for k in range(len(is_contradicted)):
         for n in range(len(points)):
-            dx, dy = points[n, 0] - center[k, 0], points[n, 1] - center[k, 1]
+            dx, dy = points[n, 0] - union.center[k, 0], points[n, 1] - union.center[k, 1]
             distance = math.sqrt(dx * dx + dy * dy)
-            disc = math.sqrt((radius + 0.5 * step * distance) ** 2 + gap * gap)
-            if is_contradicted[k] or distance - disc >= union.reach[k] + jump:
-                continue
-            is_contradicted[k] = distance <= disc
-            if distance > disc:
-                nearest = int(math.floor((math.atan2(dy, dx) - bearing_0[k]) / step + 0.5))
-                width = int(math.asin(disc / distance) / step)
-                for m in range(nearest - width, nearest + width + 1):
-                    farthest_range = values[k, m % samples] + jump
-                    if farthest_range > distance - disc:
-                        off_angle = step * (m - nearest)
-                        half_chord = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
-                        is_contradicted[k] |= farthest_range > distance * math.cos(off_angle) - half_chord
+            disc = math.sqrt((radius + half_step * distance) ** 2 + gap * gap)
+            if distance - disc < union.reach[k] + jump and (
+                distance <= disc
+                or _reaches_disc(union.values[k], math.atan2(dy, dx) - union.bearing_0[k], distance, disc, jump)
+            ):
+                is_contradicted[k] = True
+                break
     return np.flatnonzero(is_contradicted)
+
+
+@kernel
+def _reaches_disc(values, bearing, distance, disc, jump):
+    """Return whether a region's values (M,) with `jump` reach a disc, at a bearing from sample 0 and a distance, m."""
+    samples = len(values)
+    step = 2.0 * math.pi / samples
+    nearest, width = int(math.floor(bearing / step + 0.5)), int(math.asin(disc / distance) / step)
+    for m in range(nearest - width, nearest + width + 1):
+        farthest_range = values[m % samples] + jump
+        if farthest_range > distance - disc:
+            off_angle = step * (m - nearest)
+            half_chord = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
+            if farthest_range > distance * math.cos(off_angle) - half_chord:
+                return True
+    return False
