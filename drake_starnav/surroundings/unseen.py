@@ -135,10 +135,10 @@ def _keeps_distance(part, n, step):
         x, y = x + end_corner[i, 0] / n, y + end_corner[i, 1] / n
     stops, count = step.body.polygons.ends, max(len(step.body.polygons.ends), 1)
     start_distances = np.empty((count, n))
-    nearest, start = 0, np.int64(0)
+    nearest = 0
     moves_off = np.ones(count, np.bool_)
     for k in range(count):
-        end = stops[k] if len(stops) else 0
+        start, end = (stops[k - 1] if k > 0 else 0), (stops[k] if len(stops) else 0)
         for i in range(n):
             start_distances[k, i], nx, ny = measure_part_distance(
                 start_corner[i, 0], start_corner[i, 1], step.body, start, end
@@ -147,17 +147,14 @@ def _keeps_distance(part, n, step):
                 dx, dy = end_corner[j, 0] - start_corner[j, 0], end_corner[j, 1] - start_corner[j, 1]
                 moves_off[k] = moves_off[k] and nx * dx + ny * dy >= -EXACT
         nearest = k if start_distances[k].max() < start_distances[nearest].max() else nearest
-        start = end
-    start = np.int64(0)
     for k in range(count):
-        end = stops[k] if len(stops) else 0
+        start, end = (stops[k - 1] if k > 0 else 0), (stops[k] if len(stops) else 0)
         if not moves_off[k]:
             distance, nx, ny = measure_part_distance(x, y, step.body, start, end)
             for i in range(n):
                 end_distance = distance + nx * (end_corner[i, 0] - x) + ny * (end_corner[i, 1] - y)
                 if end_distance < start_distances[nearest, i] - EXACT:
                     return False
-        start = end
     return True
 
 
