@@ -52,6 +52,10 @@ class FieldOfView(NamedTuple):
         """Largest angle between two neighbouring beams, rad."""
         return max(self.angle_increment, self.seam) if self.full_circle else self.angle_increment
 
+    def looks_at(self, bearings: np.ndarray) -> np.ndarray:
+        """Whether bearings, rad, lie between its first and last beam, of the same shape."""
+        return np.mod(bearings - self.angle_min, TURN) <= (TURN if self.full_circle else self.span)
+
     def within(self, sectors: Iterable[tuple[float, float]]) -> np.ndarray:
         """Which beams lie in sectors as of `read_sectors`, shape (beams,), bool."""
         bearings = self.angle_min + self.angle_increment * np.arange(self.beams)

@@ -24,7 +24,6 @@ from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.margins import Margins
 from drake_starnav.surroundings.perception import check_fields_of_view
-from drake_starnav.surroundings.polar_image import MOST_LIDARS, looks_at
 from drake_starnav.surroundings.unseen import find_initial_disc_radius
 from drake_starnav.systems.star_perception import lidar_names
 from drake_starnav.worlds.view import scan_from, visible_shapes
@@ -159,7 +158,8 @@ def check_start(world: World, scenario: Scenario, mounts: Sequence[Mount], margi
     full_circle_lidar = LidarParameters(beams=BEARINGS, noise=0.0, range_min=0.0, range_max=2.0 * free)
     hits = scan_from(visible_shapes(world), np.array(world.start), full_circle_lidar).points()
     hit_distance = np.hypot(*hits.T)
-    is_looked_at = np.any([looks_at(*each, hits) for each in zip(views, mounts, strict=True)], axis=0)
+    bearings = [np.arctan2(hits[:, 1] - mount.y, hits[:, 0] - mount.x) for mount in mounts]
+    is_looked_at = np.any([view.looks_at(each) for view, each in zip(views, bearings, strict=True)], axis=0)
     if (hit_distance[~is_looked_at] < free).any():
         raise StarnavError(
             f"an obstacle is {hit_distance[~is_looked_at].min():.2f} m from the start of world {world.name}, "
@@ -190,10 +190,7 @@ def _check_tolerance(scenario: Scenario) -> None:
 
 
 def _check_mounts(scenario: Scenario, margins: Margins, mounts: Sequence[Mount]) -> None:
-    """Raise a `StarnavError` for more lidars than can be told apart, or, where scans are averaged, any but one on the
-    axis."""
-    if len(mounts) > MOST_LIDARS:
-        raise StarnavError(f"{len(mounts)} lidars; allowed: at most {MOST_LIDARS}")
+    """Raise a `StarnavError` where scans are averaged, for any lidars but one on the axis."""
     lone = len(mounts) == 1 and mounts[0].offset == 0.0
     if not lone and margins.average_scans:
         raise StarnavError(

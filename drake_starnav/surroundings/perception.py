@@ -9,13 +9,13 @@ import numpy as np
 from drake_starnav.errors import StarnavError
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import transform_points
-from drake_starnav.lidar.field_of_view import ROUNDING, TURN
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.field_of_view import ROUNDING, TURN, FieldOfView
+from drake_starnav.lidar.laser_scan import HIT, MAPPABLE, LaserScan, place_ends
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, find_newest
 from drake_starnav.lidar.outlier_filter import ScanFilter, remove_lone_close_hits
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.polar_image import PlacedBeams, find_past_hits, make_polar_image
+from drake_starnav.surroundings.polar_image import PlacedBeams, make_polar_image
 from drake_starnav.surroundings.star_region import StarRegion, make_scan_region
 from drake_starnav.surroundings.surroundings import Surroundings, find_past_beams, has_lone_axis_lidar, observe
 from drake_starnav.surroundings.view import RangeSmoothing, View, ViewParams, carry_view, make_view
@@ -54,7 +54,7 @@ def check_fields_of_view(
             )
     wanted_view = 0.5 * (WIDE_SPAN if backwards else FRONT_SPAN) - ROUNDING
     for bearing in np.linspace(-wanted_view, wanted_view, FEWEST_BEAMS):
-        if not any(each.full_circle or (bearing - each.angle_min) % TURN <= each.span for each in views):
+        if not any(each.looks_at(bearing) for each in views):
             views_text = ", ".join(
                 f"{math.degrees(each.angle_min):.0f} to {math.degrees(each.angle_max):.0f}" for each in views
             )
@@ -193,6 +193,16 @@ def make_observation(
     observation = Observation(region, image, robot_pose)
     if not past_beams or not has_lone_axis_lidar(views):
         return observation
-    hits = find_past_hits(views, past_beams).points
+    hits = find_past_hits(views[0].scan.field_of_view, past_beams)
     near_hits = hits[np.hypot(*hits.T) < margins.hit_range(radius)]
     return observation.cut_back_to_hits(transform_points(robot_pose, near_hits), radius)
+
+
+def find_past_hits(field_of_view: FieldOfView, past_beams: Sequence[PlacedBeams]) -> np.ndarray:
+    """Return hits of past beams, not on what moves, in B, shape (n, 2), where a lidar on the axis does not look."""
+    hits = []
+    for beams, (x, y, yaw) in past_beams:
+        is_kept = beams.kinds & (HIT | MAPPABLE) == HIT | MAPPABLE
+        hits.append(place_ends(beams.directions, beams.distances, is_kept, x, y, math.cos(yaw), math.sin(yaw)))
+    points = np.vstack(hits)
+    return points[~field_of_view.looks_at(np.arctan2(points[:, 1], points[:, 0]))]

@@ -7,17 +7,18 @@ ended on it. What no view covers is unknown.
 import dataclasses
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.lidar.mounts import Mount
 from drake_starnav.surroundings.certified_star import CertifiedStar, certify_star
 from drake_starnav.surroundings.erosion import find_field_of_view, smooth_distances
 from drake_starnav.surroundings.margins import Margins
-from drake_starnav.surroundings.polar_image import PlacedBeams, covers_full_circle, make_polar_image
+from drake_starnav.surroundings.polar_image import PlacedBeams, find_view_range, make_polar_image
 from drake_starnav.surroundings.recent_hits import NO_POINTS, Hits, RecentHits
 from drake_starnav.surroundings.scan_averaging import AVERAGED_WITHIN, average_scan
 from drake_starnav.surroundings.separation import ClearanceLimits, is_collision_free
@@ -151,6 +152,24 @@ def find_past_beams(
     None: they see all around, and no past view is needed.
     """
     return None if covers_full_circle(views, footprint) else previous_surroundings.sample_past_beams(robot_pose)
+
+
+def covers_full_circle(views: Sequence[View], footprint: Footprint) -> bool:
+    """Return whether the views, in an empty world, meet all around the robot as far as each sees."""
+    if len(views) == 1:
+        return views[0].scan.full_circle
+    fields = tuple((*view.scan.field_of_view, view.scan.range_max) for view in views)
+    return _covers_full_circle(fields, tuple(view.mount for view in views), footprint)
+
+
+@lru_cache(maxsize=16)
+def _covers_full_circle(
+    fields: tuple[tuple[float, float, int, float], ...], mounts: tuple[Mount, ...], footprint: Footprint
+) -> bool:
+    """Return whether blank scans of these first bearings, steps, numbers of beams and ranges see all around."""
+    scans = [LaserScan(0.0, first, step, 0.0, most, np.full(beams, math.inf)) for first, step, beams, most in fields]
+    views = [replace_fields(View.none(), scan=scan, mount=mount) for scan, mount in zip(scans, mounts, strict=True)]
+    return bool(make_polar_image(views, footprint).distances.min() >= min(map(find_view_range, scans, mounts)))
 
 
 def observe(

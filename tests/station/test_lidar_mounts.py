@@ -143,7 +143,6 @@ def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
             ("lidar.frame=ahead", "lidar.noise=0.05"),
             "lidar.noise is 0.05 with a lidar at x 0.2.*: one on the axis",
         ),
-        ((f"lidars=[{', '.join(7 * ['{frame: ahead}'])}]",), "7 lidars; allowed: at most 6"),
         (("lidar.frame=ahead", "robot.radius=0.35", "lidar.range_max=0.5"), "lidar.range_max is 0.5 m"),
     ):
         with pytest.raises(StarnavError, match=said):

@@ -7,17 +7,27 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+import shapely
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import disc, footprint
-from drake_starnav.geometry.se2 import compose_poses
-from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, USUAL_COVER_RADIUS, LaserScan
+from drake_starnav.geometry.footprint import disc, find_covered_area, footprint
+from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame, transform_points
+from drake_starnav.lidar.laser_scan import (
+    DYNAMIC,
+    HIT,
+    MAPPABLE,
+    STATIC,
+    UNKNOWN,
+    USUAL_COVER_RADIUS,
+    Beams,
+    LaserScan,
+)
 from drake_starnav.lidar.mounts import ON_AXIS, Mount, align_with_robot
 from drake_starnav.lidar.outlier_filter import remove_outliers
 from drake_starnav.surroundings.bearing_hits import CONNECTED_CHORD
 from drake_starnav.surroundings.erosion import BEARINGS
 from drake_starnav.surroundings.perception import PerceptionSettings, PerceptionState, check_fields_of_view, perceive
-from drake_starnav.surroundings.polar_image import find_view_range, make_polar_image
+from drake_starnav.surroundings.polar_image import BODY_SLACK, find_view_range, make_polar_image
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_history import InitialFreeDisc
 from drake_starnav.utils.snapshot import replace_fields
@@ -73,6 +83,63 @@ def needles(rng: np.random.Generator, lidars: tuple[Lidar, ...], pose: np.ndarra
     away = [np.abs(np.hypot(*(np.vstack(ends) - pole[:2]).T) - pole[2]).min() for pole in poles]
     kept = [pole for pole, least in zip(poles, away, strict=True) if least < 1e-6]
     return World("needles", (0, 0, 0), (0, 0), cylinders=kept, bounds=(-3.0, -3.0, 3.0, 3.0))
+
+
+def seen_area(beams: Beams, pose: Sequence[float] | np.ndarray, *, past: bool) -> shapely.Geometry:
+    """The union of the triangles between neighbouring beams, up to the chord of two hits or else the nearer end."""
+    distances, following = beams.distances, np.roll(beams.distances, -1)
+    bits, sight = (HIT | MAPPABLE, beams.certain_range) if past else (HIT, math.inf)
+    hits = (beams.kinds & bits == bits) & (distances <= sight)
+    ends, next_ends = (beams.directions * distances[:, None], np.roll(beams.directions * distances[:, None], -1, 0))
+    connected = hits & np.roll(hits, -1) & (np.hypot(*(ends - next_ends).T) < CONNECTED_CHORD * beams.cover_radius)
+    nearer = np.minimum(np.minimum(distances, following), sight)
+    sides = np.where(connected, distances, nearer), np.where(connected, following, nearer)
+    corners = [side[:, None] * np.roll(beams.directions, -k, 0) for k, side in enumerate(sides)]
+    triangles = np.stack((np.zeros_like(corners[0]), *corners), axis=1)
+    placed = transform_points(np.asarray(pose), triangles.reshape(-1, 2)).reshape(triangles.shape)
+    polygons = shapely.polygons(placed if beams.seam < math.inf else placed[:-1])
+    return shapely.union_all(shapely.buffer(polygons, 1e-8, quad_segs=1))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rays_are_free_only_where_a_view_has_seen_or_the_robot_stands(seed: int) -> None:
+    """Any number of lidars, with limited views, lost beams, moving obstacles, and past views."""
+    rng = np.random.default_rng(seed)
+    world, box = blocks(rng, 8, 6, 1.0), footprint(((0.3, 0.2), (-0.25, 0.2), (-0.25, -0.2), (0.3, -0.2)))
+    body, here, past_count = (BODY, box)[seed % 2], np.array((0.0, 0.0, rng.uniform(-3.0, 3.0))), 3 * (seed % 3)
+
+    def look(pose: np.ndarray) -> tuple[LaserScan, Mount]:
+        beams, mount = int(rng.choice((90, 181, 360, 720))), Mount(*rng.uniform(-0.2, 0.2, 2), 0.0, False)
+        step = 2.0 * math.pi / beams if rng.random() < 0.4 else rng.uniform(2.0, 6.0) / beams
+        scan = cast(
+            world, mount.find_lidar_pose(pose), beams=beams, range_max=rng.uniform(2.0, 5.0),
+            angle_min=rng.uniform(-3.0, 3.0), angle_increment=step,
+        )  # fmt: skip
+        ranges = np.where(rng.random(beams) < 0.02, math.nan, scan.ranges)
+        motion = np.where(rng.random(beams) < 0.02, DYNAMIC, STATIC) if seed % 4 == 3 else None
+        return dataclasses.replace(scan, ranges=ranges, lost_beams=True, motion=motion, thinnest=0.011), mount
+
+    scans, places = zip(*[look(here) for _ in range(rng.integers(1, 9))], strict=True)
+    earlier = []
+    for _ in range(past_count):
+        pose = np.array((*rng.uniform(-0.3, 0.3, 2), rng.uniform(-3.0, 3.0)))
+        scan, mount = look(pose)
+        earlier.append((scan.beams, np.array(find_pose_in_frame(here, mount.find_lidar_pose(pose)))))
+    image = make_polar_image(views_of(scans, places), body, earlier)
+    seen = [seen_area(scan.beams, (*mount[:2], 0.0), past=False) for scan, mount in zip(scans, places, strict=True)]
+    seen += [seen_area(beams, pose, past=True) for beams, pose in earlier]
+    around_axis = find_covered_area(body, ORIGIN) if body is box else shapely.Point(0.0, 0.0).buffer(RADIUS, 256)
+    known = shapely.union_all([*seen, around_axis.buffer(BODY_SLACK + 1e-5, 256)]).buffer(1e-6)
+    shapely.prepare(known)
+    rays = np.column_stack((np.cos(image.bearings), np.sin(image.bearings)))
+    lines, sight = [
+        shapely.linestrings(np.stack((0.0 * rays, np.reshape(reach, (-1, 1)) * rays), axis=1))
+        for reach in (image.distances, image.range_max)
+    ]
+    assert shapely.covers(known, lines).all()
+    gaps = shapely.difference(sight, known)
+    exact = np.where(shapely.is_empty(gaps), image.range_max, shapely.distance(shapely.Point(0.0, 0.0), gaps))
+    assert image.distances.mean() > 0.97 * exact.mean()
 
 
 def test_a_ray_along_a_rough_wall_is_free_up_to_it() -> None:
