@@ -53,16 +53,16 @@ def check_fields_of_view(
                 "the farthest point of the robot: a robot.radius or robot.footprint that reaches the lidar"
             )
     wanted_view = 0.5 * (WIDE_SPAN if backwards else FRONT_SPAN) - ROUNDING
-    for bearing in np.linspace(-wanted_view, wanted_view, FEWEST_BEAMS):
-        if not any(each.looks_at(bearing) for each in views):
-            views_text = ", ".join(
-                f"{math.degrees(each.angle_min):.0f} to {math.degrees(each.angle_max):.0f}" for each in views
-            )
-            raise StarnavError(
-                f"a lidar sees from {views_text} degrees, counted from straight ahead, with a certificate; "
-                f"allowed: views that reach {math.degrees(wanted_view):.0f} degrees to each side of straight ahead, as "
-                "space that no beam has observed is not certified"
-            )
+    bearings = np.linspace(-wanted_view, wanted_view, FEWEST_BEAMS)
+    if not np.any([each.looks_at(bearings) for each in views], axis=0).all():
+        views_text = ", ".join(
+            f"{math.degrees(each.angle_min):.0f} to {math.degrees(each.angle_max):.0f}" for each in views
+        )
+        raise StarnavError(
+            f"a lidar sees from {views_text} degrees, counted from straight ahead, with a certificate; "
+            f"allowed: views that reach {math.degrees(wanted_view):.0f} degrees to each side of straight ahead, as "
+            "space that no beam has observed is not certified"
+        )
 
 
 @snapshot
