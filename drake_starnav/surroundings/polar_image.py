@@ -80,19 +80,10 @@ def make_polar_image(
     if len(scans) == 1 and mounts[0].offset == 0.0:
         return scans[0]
     farthest_range = max(map(find_view_range, scans, mounts))
-    distance, end, seen_range = np.full(BEARINGS, farthest_range), np.full(BEARINGS, FREE, np.int8), np.zeros(BEARINGS)
-    current_beams = [(scan.beams, np.array((mount.x, mount.y, 0.0))) for scan, mount in zip(scans, mounts, strict=True)]
-    outlines: list[Crossings] = []
-    for count, (beams, pose) in enumerate((*current_beams, *past_beams), 1):
-        outline, thin_obstacles = _cross_view(beams, pose, is_past=count > len(scans))
-        outlines.append(outline)
-        _stop_at_hits(outline, seen_range, distance, end)
-        _stop_at_hits(thin_obstacles, seen_range, distance, end)
-        if count >= len(scans):  # past surfaces count from where no newer view sees on
-            seen_range = _follow_rays(outlines, np.maximum(seen_range, _find_own_reach(footprint)))
-    end, distance = np.where(seen_range < distance, OPEN, end), np.minimum(seen_range, distance)
-    has_motion = any(scan.motion is not None for scan in scans)
+    beams = [(scan.beams, np.array((mount.x, mount.y, 0.0))) for scan, mount in zip(scans, mounts, strict=True)]
+    distance, end = _trace_rays(beams, past_beams, _find_own_reach(footprint), farthest_range)
     ranges = np.where(end <= UNKNOWN, distance, np.where(end == FREE, math.inf, math.nan))
+    has_motion = any(scan.motion is not None for scan in scans)
     return LaserScan(
         scans[0].time, -math.pi, TURN / BEARINGS, 0.0, farthest_range, ranges, lost_beams=True, free=distance,
         scan_time=scans[0].scan_time, cover_radius=scans[0].cover_radius,
@@ -112,6 +103,29 @@ def _find_own_reach(footprint: Footprint) -> np.ndarray:
         return np.full(BEARINGS, footprint.radius + BODY_SLACK)
     outlines = [_cross_edges(part, np.full(len(part), OPEN, np.int8)) for part in footprint.parts]
     return _follow_rays(outlines, np.full(BEARINGS, ROUNDING)) + BODY_SLACK
+
+
+def _trace_rays(
+    current_beams: Sequence[PlacedBeams],
+    past_beams: Sequence[PlacedBeams],
+    own_reach: np.ndarray,
+    farthest_range: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far each ray is free, up to `farthest_range`, m, and what ends it, shape (BEARINGS,) each.
+
+    Up to `own_reach`, of the same shape, m, it needs no view. A surface of a past view, the newest first, counts only
+    from where no newer view sees on.
+    """
+    distance, end, seen_range = np.full(BEARINGS, farthest_range), np.full(BEARINGS, FREE, np.int8), np.zeros(BEARINGS)
+    outlines: list[Crossings] = []
+    for count, (beams, pose) in enumerate((*current_beams, *past_beams), 1):
+        outline, thin_obstacles = _cross_view(beams, pose, is_past=count > len(current_beams))
+        outlines.append(outline)
+        _stop_at_hits(outline, seen_range, distance, end)
+        _stop_at_hits(thin_obstacles, seen_range, distance, end)
+        if count >= len(current_beams):
+            seen_range = _follow_rays(outlines, np.maximum(seen_range, own_reach))
+    return np.minimum(seen_range, distance), np.where(seen_range < distance, OPEN, end)
 
 
 def _cross_view(beams: Beams, pose: np.ndarray, *, is_past: bool) -> tuple[Crossings, Crossings]:
