@@ -147,10 +147,8 @@ def test_a_link_that_moves_without_mass_is_named(tmp_path: Path, links: int, wel
 def test_there_is_no_shortest_path_among_what_moves(tmp_path: Path) -> None:
     path = urdf(tmp_path, box("post", "1 1 0.5", "0.1 0.1 1"), box("door", "1.5 1 0.5", "0.8 0.05 1"))
     world = world_of(path)
-    assert world.model.moving
-    assert len(world.polygons) == 1
+    assert world.model.moving and len(world.polygons) == 1
     assert find_omniscient_path(world, RADIUS) is None
-    assert find_omniscient_path(dataclasses.replace(world, model=None), RADIUS) is not None
 
 
 def test_a_mesh_without_dents_bars_what_its_convex_hull_does(tmp_path: Path) -> None:

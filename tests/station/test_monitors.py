@@ -4,10 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.geometry import (
-    ProximityProperties,
-    Sphere,
-)
+from pydrake.geometry import ProximityProperties, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -91,7 +88,6 @@ def test_ends_at_the_contact_with_an_obstacle(name, obstacles, gap, told, footpr
     assert run.contacts() == []
     status = run.until(5.0)
     assert status.reason() == TOUCHED
-    assert status.message().startswith("collision of ")
     # the robot takes a moment to gain speed
     assert gap / SPEED < run.context.get_time() + 0.02 < gap / SPEED + 0.2
     ((hull, obstacle),) = run.contacts()

@@ -10,7 +10,7 @@ from drake_starnav.scenario.schema import Scenario, SimulationParameters
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import Crowd, DynaBarn, make_world
-from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
+from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 from drake_starnav.worlds.world import World
 
 STEP = 0.005
@@ -51,25 +51,4 @@ def test_bodies_are_where_their_paths_say(kind) -> None:
             run.simulator.AdvanceTo(time)
         expected, _ = moving_obstacle_states(world.moving_obstacles, np.array([time]))
         assert run.places() == pytest.approx(expected[0], abs=1e-6)
-        assert run.contacts() == 0
-
-
-def test_moving_obstacles_pass_through_all_but_the_robot() -> None:
-    """Through walls, each other, and what stands; a world's paths avoid that, a benchmark's do not."""
-    paths = ([(0.0, 2.0, -2.0), (4.0, 2.0, 2.0)], [(0.0, 2.0, 2.0), (4.0, 2.0, -2.0)])
-    moving_obstacles = MovingObstacles([0.3, 0.4], tuple(np.array(path) for path in paths))
-    square = [(1.5, 0.5), (2.5, 0.5), (2.5, 1.5), (1.5, 1.5)]
-    world = World(
-        "t",
-        (0, 0, 0),
-        (1, 0),
-        [(2, -1, 0.4)],
-        polygons=(square,),
-        bounds=(-1, -1.5, 4, 1.5),
-        moving_obstacles=moving_obstacles,
-    )
-    run = Run(world)
-    for time in (1.0, 2.0, 3.0, 3.9):
-        run.simulator.AdvanceTo(time)
-        assert run.places() == pytest.approx(moving_obstacle_states(moving_obstacles, np.array([time]))[0][0], abs=1e-6)
         assert run.contacts() == 0

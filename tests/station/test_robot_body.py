@@ -22,14 +22,10 @@ from drake_starnav.worlds.world import World
 
 START = (1.0, -2.0, 0.6)
 WORLD = World("post", START, (5.0, 0.0), cylinders=[(30.0, 0.0, 0.1)])
-ROBOTS = {
-    "starbot": "differential",
-    "carrier": "differential",
-    "jackal": "differential",
+ROBOTS = dict.fromkeys(("starbot", "carrier", "jackal"), "differential") | {
     "omnibot": "omnidirectional",
     "carbot": "car",
 }
-BOX = [[0.4, -0.25], [0.4, 0.25], [-0.4, 0.25], [-0.4, -0.25]]
 
 
 def covered_by_plant(robot: RobotParameters) -> shapely.Geometry:

@@ -79,15 +79,9 @@ def test_joints_that_are_no_wheels_are_held_still_and_motors_ignored(tmp_path: P
 @pytest.mark.parametrize(
     ("joints", "said"),
     [
-        (
-            ("wheel_left_joint", "port"),
-            "no joint port about y or -y; allowed: robot.wheel_joints: .* wheel_left_j",
-        ),
+        (("wheel_left_joint", "port"), "no joint port about y or -y; allowed: robot.wheel_joints: .* wheel_left_j"),
         (("wheel_left_joint", ""), "no joint on one side about y"),
-        (
-            ("wheel_right_joint", "wheel_left_joint"),
-            "y -0.13, 0.13 m of base_link; allowed: .* left ones at",
-        ),
+        (("wheel_right_joint", "wheel_left_joint"), "y -0.13, 0.13 m of base_link; allowed: .* left ones at"),
     ],
 )
 def test_wheels_that_are_named_must_be_there(tmp_path: Path, joints: tuple[str, str], said: str) -> None:
@@ -147,6 +141,9 @@ def test_a_package_that_xacro_misses_is_named_in_one_sentence(tmp_path: Path) ->
     with pytest.raises(StarnavError, match=r"package elsewhere, which it names, is not found; allowed: ") as raised:
         standing(written(tmp_path, text))
     assert "\n" not in str(raised.value)
+    whole = f'{MACROS.partition("<xacro:property")[0]}<xacro:include filename="$(find nowhere)/robot.xacro"/></robot>'
+    with pytest.raises(StarnavError, match="package nowhere, which it names, is not found"):
+        standing(dataclasses.replace(written(tmp_path, whole), radius=0.0))
 
 
 @pytest.mark.parametrize(
@@ -193,12 +190,3 @@ def test_macros_without_the_extra_are_refused(tmp_path: Path, monkeypatch) -> No
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(StarnavError, match="has macros of xacro; allowed: pip install .*xacro.*, or a file"):
         standing(written(tmp_path, EDITED.replace('<robot name="plain">', MACROS)))
-
-
-def test_a_model_that_is_all_in_a_missing_package_says_so(tmp_path: Path) -> None:
-    pytest.importorskip("xacro")
-    include = '<xacro:include filename="$(find nowhere)/robot.xacro"/>'
-    path = tmp_path / "whole.xacro"
-    path.write_text(f'<robot name="whole" xmlns:xacro="http://ros.org/wiki/xacro">{include}</robot>', encoding="utf-8")
-    with pytest.raises(StarnavError, match="package nowhere, which it names, is not found"):
-        standing(RobotParameters(model=str(path), radius=0.0))

@@ -13,16 +13,9 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.utils.resources import find_model_path
 from drake_starnav.worlds.world import World
+from tests.helpers.robots import robot, wheel
 
 SHELL = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-WHEEL = """
-  <joint name="{side}" type="continuous">
-    <parent link="base_link"/><child link="{side}_link"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/>
-  </joint>
-  <link name="{side}_link">
-    <inertial><mass value="0.4"/><inertia ixx="6e-4" iyy="1e-3" izz="6e-4" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision><origin rpy="1.5708 0 0"/><geometry><cylinder radius="0.07" length="0.03"/></geometry></collision>
-  </link>"""
 
 
 def standing(robot: RobotParameters) -> NavigationStation:
@@ -48,24 +41,12 @@ def changed_starbot(folder: Path, old: str, new: str) -> str:
     ("old", "new", "message"),
     [
         ("</robot>", "", "cannot be read"),
-        (
-            '<origin xyz="0 0.16 0"/>',
-            '<origin xyz="-0.02 0.16 0"/>',
-            "no two joints .* opposite",
-        ),
+        ('<origin xyz="0 0.16 0"/>', '<origin xyz="-0.02 0.16 0"/>', "no two joints .* opposite"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="1 0 0"/>', "no two joints about y or -y"),
         ('xyz="0.15 0 -0.02995"', 'xyz="0.15 0 -0.04"', "reaches .* mm lower than the wheels"),
-        (
-            '<mass value="8.2"/>',
-            '<origin xyz="0.2 0 0"/><mass value="8.2"/>',
-            "to 0.15 m, so that it tips over",
-        ),
+        ('<mass value="8.2"/>', '<origin xyz="0.2 0 0"/><mass value="8.2"/>', "to 0.15 m, so that it tips over"),
         ('type="continuous"', 'type="prismatic"', "no two joints about y or -y"),
-        (
-            '<geometry><sphere radius="0.05"/></geometry>',
-            '<geometry><sphere radius="0.01"/></geometry>',
-            "lower than the",
-        ),
+        ('<geometry><sphere radius="0.05"/>', '<geometry><sphere radius="0.01"/>', "lower than the"),
     ],
 )
 def test_a_robot_model_says_what_it_lacks(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -132,40 +113,27 @@ def test_a_robot_model_finds_the_meshes_beside_it(tmp_path: Path, mass_error: fl
     assert "Mesh" in {type(inspector.GetShape(g)).__name__ for g in inspector.GetAllGeometryIds()}
 
 
-def cart(folder: Path, body: str) -> Path:
+def cart(folder: Path, body: str, ahead: float = 0.05) -> Path:
     """A robot with a body of some shape, its axle in the middle, and a lidar on its axis."""
     path = folder / "cart.urdf"
-    wheels = WHEEL.format(side="left", y=0.12) + WHEEL.format(side="right", y=-0.12)
-    path.write_text(
-        f"""<robot name="cart" xmlns:drake="http://drake.mit.edu"><link name="base_link">
-    <inertial><mass value="8"/><inertia ixx="0.05" iyy="0.08" izz="0.11" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision><origin xyz="0.05 0 0.03"/><geometry>{body}</geometry></collision></link>
-    <frame name="lidar" link="base_link" xyz="0 0 0.08" rpy="0 0 0"/>{wheels}</robot>"""
-    )
+    text = robot(wheel("left", 0.0, 0.12), wheel("right", 0.0, -0.12), body=body)
+    path.write_text(text.replace('xyz="0 0 0.06"', f'xyz="{ahead} 0 0.06"'))
     return path
 
 
-def test_a_box_is_a_polygon_about_the_axle(tmp_path):
-    path = cart(tmp_path, '<box size="0.5 0.3 0.1"/>')
-    robot = load_scenario("room", overrides=[f"robot.model={path}"]).robot
-    corners = np.array(robot.footprint)
-    assert corners.min(axis=0) == pytest.approx((-0.2, -0.15))
-    assert corners.max(axis=0) == pytest.approx((0.3, 0.15))
-    assert robot.radius == pytest.approx(np.hypot(0.3, 0.15))
+def test_a_shape_is_read_unless_it_is_said_and_saved_with_the_scenario(tmp_path):
+    def read(path, *overrides):
+        return load_scenario("room", overrides=[f"robot.model={path}", *overrides])
 
-
-def test_a_round_robot_is_a_disc(tmp_path):
-    path = cart(tmp_path, '<cylinder radius="0.25" length="0.1"/>')
-    text = path.read_text().replace('xyz="0.05 0 0.03"', 'xyz="0 0 0.03"')
-    path.write_text(text)
-    robot = load_scenario("room", overrides=[f"robot.model={path}"]).robot
-    assert robot.shape.is_disc and robot.radius == pytest.approx(0.25, abs=1e-3)
-
-
-def test_what_is_said_of_the_shape_counts_and_a_saved_scenario_holds_what_was_read(tmp_path):
-    path = cart(tmp_path, '<box size="0.5 0.3 0.1"/>')
-    assert load_scenario("room", overrides=[f"robot.model={path}", "robot.radius=0.4"]).robot.radius == 0.4
-    read = load_scenario("room", overrides=[f"robot.model={path}"])
-    assert parse_scenario(format_scenario(read), name="room").robot == read.robot
-    path.with_suffix(".yaml").write_text("robot: {radius: 0.38}\n")
-    assert load_scenario("room", overrides=[f"robot.model={path}"]).robot.radius == 0.38
+    box = cart(tmp_path, '<box size="0.5 0.3 0.1"/>')
+    found = read(box).robot
+    assert np.min(found.footprint, axis=0) == pytest.approx((-0.2, -0.15))  # about the axle
+    assert np.max(found.footprint, axis=0) == pytest.approx((0.3, 0.15))
+    assert found.radius == pytest.approx(np.hypot(0.3, 0.15))
+    assert parse_scenario(format_scenario(read(box)), name="room").robot == found
+    assert read(box, "robot.radius=0.4").robot.radius == 0.4
+    box.with_suffix(".yaml").write_text("robot: {radius: 0.38}\n")
+    assert read(box).robot.radius == 0.38
+    box.with_suffix(".yaml").unlink()
+    round_ = cart(tmp_path, '<cylinder radius="0.25" length="0.08"/>', ahead=0.0)
+    assert read(round_).robot.shape.is_disc and read(round_).robot.radius == pytest.approx(0.25, abs=1e-3)

@@ -34,20 +34,15 @@ def hung(kind: str, axis: str) -> str:
 
 def swivel(name: str, x: float, y: float) -> str:
     """A caster with a wheel of its own, as low as the others."""
-    turning = joint(
-        f"{name}_wheel", (-0.02, 0.0, -0.04), parent=name, kind="continuous", rpy="-1.5708 0 0", axis="0 0 1"
-    )
-    return (
-        link(name)
-        + joint(name, (x, y, 0.0), kind="continuous", axis="0 0 1")
-        + link(f"{name}_wheel", '<cylinder radius="0.02" length="0.01"/>')
-        + turning
-    )
+    small = '<cylinder radius="0.02" length="0.01"/>'
+    turning = joint(name, (x, y, 0.0), kind="continuous", axis="0 0 1")
+    at = joint(f"{name}_wheel", (-0.02, 0.0, -0.04), parent=name, kind="continuous", rpy="-1.5708 0 0", axis="0 0 1")
+    return link(name) + turning + link(f"{name}_wheel", small) + at
 
 
-def pair(shape: str) -> str:
-    """Two wheels of a shape."""
-    return wheel("left", 0.0, 0.13, shape=shape) + wheel("right", 0.0, -0.13, shape=shape)
+def pair(shape: str = WHEEL, left: str = "0 0 1", right: str = "0 0 1") -> str:
+    """Two wheels of a shape, and their axes."""
+    return wheel("left", 0.0, 0.13, shape=shape, axis=left) + wheel("right", 0.0, -0.13, shape=shape, axis=right)
 
 
 def axles(*places: float, width: float = 0.13) -> str:
@@ -56,7 +51,7 @@ def axles(*places: float, width: float = 0.13) -> str:
     )
 
 
-PAIR = pair(WHEEL)
+PAIR = pair()
 FOOT = link("base_footprint", '<box size="0.3 0.2 0.001"/>')
 ARMS = "".join(
     link(f"{side}_arm", '<box size="0.1 0.02 0.02"/>')
@@ -84,12 +79,8 @@ ROBOTS = {
     ),
     "wheel drops": robot(hung("prismatic", "0 0 1"), casters(0.15)),
     "suspensions": robot(hung("revolute", "0 1 0"), casters(0.15)),
-    "axes to the right": robot(
-        wheel("left", 0.0, 0.13, axis="0 0 -1"), wheel("right", 0.0, -0.13, axis="0 0 -1"), casters(0.15)
-    ),
-    "one axis to the right": robot(
-        wheel("left", 0.0, 0.13), wheel("right", 0.0, -0.13, axis="0 0 -1"), casters(0.15)
-    ),
+    "axes to the right": robot(pair(left="0 0 -1", right="0 0 -1"), casters(0.15)),
+    "one axis to the right": robot(pair(right="0 0 -1"), casters(0.15)),
     "wheels on swivels": robot(PAIR, swivel("fl", 0.15, 0.08), swivel("fr", 0.15, -0.08)),
     "arms": robot(PAIR, ARMS, casters(-0.15)),
     "four wheels": robot(axles(0.13, -0.13)),

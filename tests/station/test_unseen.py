@@ -12,44 +12,21 @@ from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds.world import World
+from tests.helpers.robots import casters, joint, link, robot, wheel
 
 
 def cart(folder: Path, *, lidar: float = 0.2, mast: float = 0.0) -> Path:
     """A small robot with a lidar at a height, m, and with a post on it of a height, if any."""
-
-    def link(name: str, mass: float, shape: str, z: float = 0.0) -> str:
-        inertia = 'ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"'
-        solid = f'<collision><origin xyz="0 0 {z}"/><geometry>{shape}</geometry></collision>' if shape else ""
-        heavy = f'<inertial><mass value="{mass}"/><inertia {inertia}/></inertial>' if mass else ""
-        return f'<link name="{name}">{heavy}{solid}</link>'
-
-    def joint(child: str, kind: str, xyz: str) -> str:
-        axis = '<axis xyz="0 1 0"/>' if kind == "continuous" else ""
-        return (
-            f'<joint name="{child}_joint" type="{kind}"><parent link="base_link"/><child link="{child}"/>'
-            f'<origin xyz="{xyz}"/>{axis}</joint>'
-        )
-
-    parts = [
-        link("base_link", 8.0, '<box size="0.3 0.26 0.08"/>', 0.02),
-        *(link(f"wheel_{side}", 0.4, '<sphere radius="0.07"/>') for side in ("left", "right")),
-        *(joint(f"wheel_{side}", "continuous", f"0 {y} 0") for side, y in (("left", 0.14), ("right", -0.14))),
-        *(link(f"caster_{k}", 0.1, '<sphere radius="0.02"/>') for k in range(2)),
-        *(joint(f"caster_{k}", "fixed", f"{x} 0 -0.05") for k, x in enumerate((-0.1, 0.1))),
-        link("laser", 0.0, ""),
-        joint("laser", "fixed", f"0 0 {lidar - 0.07}"),
-    ]
-    if mast:
-        post = link("mast", 0.1, f'<cylinder radius="0.02" length="{mast}"/>', 0.5 * mast - 0.07)
-        parts += [post, joint("mast", "fixed", "0 0 0")]
+    wheels = wheel("left", 0.0, 0.14) + wheel("right", 0.0, -0.14)
+    post = link("mast", f'<cylinder radius="0.02" length="{mast}"/>', origin=f'<origin xyz="0 0 {0.5 * mast - 0.06}"/>')
+    parts = wheels, casters(-0.1, 0.1), post + joint("mast") if mast else ""
     path = folder / "cart.urdf"
-    path.write_text(f'<robot name="cart">{"".join(parts)}</robot>')
+    path.write_text(robot(*parts, body='<box size="0.3 0.2 0.08"/>').replace(" 0.12", f" {lidar - 0.06}"))
     return path
 
 
-def driven(robot: Path, world: str) -> Scenario:
-    text = f"world: {world}\nrobot: {{model: {robot}, radius: 0}}\nlidar: {{frame: laser}}"
-    return parse_scenario(text, name="heights")
+def driven(model: Path, world: str) -> Scenario:
+    return parse_scenario(f"world: {world}\nrobot: {{model: {model}, radius: 0}}", name="heights")
 
 
 def sdf(folder: Path, shape: str, z: float) -> str:

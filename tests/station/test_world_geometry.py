@@ -1,5 +1,6 @@
 """A planar world as collision shapes: which shapes, where, and that the lidar sees them where they are."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -24,17 +25,13 @@ from drake_starnav.station.world_geometry import (
     make_surface_world,
 )
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
+from drake_starnav.worlds.outlines import place
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
 LIDAR_HEIGHT = 0.13  # of the shipped robot, m
 SQUARE = [(1.0, 1.0), (3.0, 1.0), (3.0, 2.0), (1.0, 2.0)]
-TURNED = [
-    (0.0, 0.0),
-    (math.cos(0.4), math.sin(0.4)),
-    (math.cos(0.4) - math.sin(0.4), math.sin(0.4) + math.cos(0.4)),
-    (-math.sin(0.4), math.cos(0.4)),
-]
+TURNED = [tuple(corner) for corner in place(np.array([(0, 0), (1, 0), (1, 1), (0, 1)]), (0.0, 0.0), 0.4)]
 TRIANGLE = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
 L_SHAPE = [(0.0, 0.0), (2.0, 0.0), (2.0, 0.5), (0.5, 0.5), (0.5, 2.0), (0.0, 2.0)]
 
@@ -127,14 +124,7 @@ def test_more_polygons_than_a_plant_can_pair_are_one_surface() -> None:
 def as_sliced(world: World, height: float) -> World:
     """The world whose spheres are cylinders of the radius that a plane at this height cuts out of them."""
     discs = [(x, y, math.sqrt(r**2 - (height - r) ** 2)) for x, y, r in world.spheres]
-    return World(
-        "sliced",
-        world.start,
-        world.goal,
-        cylinders=np.vstack((world.cylinders, np.array(discs).reshape(-1, 3))),
-        polygons=world.polygons,
-        bounds=world.bounds,
-    )
+    return dataclasses.replace(world, cylinders=[*map(tuple, world.cylinders), *discs], spheres=[])
 
 
 @pytest.mark.parametrize("most", [MOST_POLYGONS, 1])
