@@ -18,16 +18,8 @@ U_SHAPE = np.array([(1.0, 1.0), (3.0, 1.0), (3.0, 2.5), (2.7, 2.5), (2.7, 1.3), 
 
 
 def world(**changes) -> World:
-    values = {
-        "name": "test",
-        "start": (0.2, 0.2, 0.0),
-        "goal": (3.8, 3.8),
-        "cylinders": [(0.5, 3.0, 0.3), (3.4, 0.5, 0.2)],
-        "spheres": [(2.0, 3.2, 0.4)],
-        "polygons": (U_SHAPE,),
-        "bounds": (0.0, 0.0, 4.0, 4.0),
-    }
-    return World(**{**values, **changes})
+    solids = {"cylinders": [(0.5, 3.0, 0.3), (3.4, 0.5, 0.2)], "spheres": [(2.0, 3.2, 0.4)], "polygons": (U_SHAPE,)}
+    return World("test", (0.2, 0.2, 0.0), (3.8, 3.8), bounds=(0.0, 0.0, 4.0, 4.0), **(solids | changes))
 
 
 def inside_u(points: np.ndarray) -> np.ndarray:
@@ -65,9 +57,7 @@ def test_nearest_obstacle_is_named(point, name):
 
 
 def test_sphere_section_below_robot_height() -> None:
-    world = World(
-        name="x", start=(0.0, 0.0, 0.0), goal=(1.0, 0.0), spheres=np.array([(3.0, 0.0, 0.4), (6.0, 0.0, 0.1)])
-    )
+    world = World("x", (0.0, 0.0, 0.0), (1.0, 0.0), spheres=[(3.0, 0.0, 0.4), (6.0, 0.0, 0.1)])
     section = np.sqrt(0.4**2 - (0.4 - ROBOT_HEIGHT) ** 2)
     points = np.array([(3.0 - section - 0.2, 0.0), (6.3, 0.0)])
     np.testing.assert_allclose(compute_clearance(world, points), [0.2, 0.2], atol=1e-12)  # a small sphere counts whole

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.moving_obstacles import (
-    MovingObstacles,
-    moving_obstacle_states,
-)
+from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 
 SQUARE = np.array([(0.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1.0, 1.0), (7.0, 0.0, 1.0), (8.0, 0.0, 0.0)])
 LINE = np.array([(0.0, -1.0, 2.0), (5.0, 4.0, 2.0)])

@@ -13,7 +13,7 @@ from drake_starnav.worlds.outlines import find_solid_rectangles, make_trap, plac
 
 def area(outline: np.ndarray) -> float:
     """Signed; positive if counter-clockwise."""
-    x, y = outline.T
+    x, y = (outline - outline[0]).T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 

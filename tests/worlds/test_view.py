@@ -37,27 +37,21 @@ def test_the_noise_belongs_to_seed_and_index() -> None:
     assert first.time == pytest.approx(4 / LidarParameters().rate)
 
 
-def plane_with(**obstacles) -> World:
-    return World("posts", (0.0, 0.0, 0.0), (6.0, 0.0), **obstacles)
+OBLIQUE = [(1.5, 2.3, 0.3), (1.5, -2.3, 0.3), (4.0, 1.0, 0.3), (5.0, -1.0, 0.3)]
+"""A wide gap, and a narrower one that is oblique."""
 
 
-@pytest.mark.parametrize("half_width", [0.3, 0.8, 2.0])
-def test_between_two_posts_it_is_their_gap(half_width: float) -> None:
-    posts = [(3.0, half_width + 0.3, 0.3), (3.0, -half_width - 0.3, 0.3)]
-    assert find_tightest_gap(plane_with(cylinders=posts), STRAIGHT) == pytest.approx(2.0 * half_width, rel=2e-3)
-
-
-def test_the_narrowest_counts_and_so_does_an_oblique_one() -> None:
-    wide = [(1.5, 2.3, 0.3), (1.5, -2.3, 0.3)]
-    oblique = [(4.0, 1.0, 0.3), (5.0, -1.0, 0.3)]
-    assert find_tightest_gap(plane_with(cylinders=wide + oblique), STRAIGHT) == pytest.approx(
-        math.sqrt(5.0) - 0.6, rel=1e-2
-    )
-
-
-def test_thin_posts_between_two_places_of_a_coarser_look_are_found() -> None:
-    posts = [(3.25, 0.5, 0.06), (3.25, -0.5, 0.06)]
-    assert find_tightest_gap(plane_with(cylinders=posts), STRAIGHT) == pytest.approx(0.88, rel=0.1)
+@pytest.mark.parametrize(
+    ("posts", "gap", "share"),
+    [
+        *(([(3.0, half + 0.3, 0.3), (3.0, -half - 0.3, 0.3)], 2.0 * half, 2e-3) for half in (0.3, 0.8, 2.0)),
+        (OBLIQUE, math.sqrt(5.0) - 0.6, 1e-2),
+        ([(3.25, 0.5, 0.06), (3.25, -0.5, 0.06)], 0.88, 0.1),  # thin, between two places of a coarser look
+    ],
+)
+def test_the_narrowest_gap_between_posts_counts(posts, gap: float, share: float) -> None:
+    world = World("posts", (0.0, 0.0, 0.0), (6.0, 0.0), cylinders=posts)
+    assert find_tightest_gap(world, STRAIGHT) == pytest.approx(gap, rel=share)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -9,7 +9,6 @@ from PIL import Image
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map
-from tests.helpers.maps import write_map
 
 KEYS = {"image": "m.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0], "occupied_thresh": 0.65, "free_thresh": 0.196}
 CODES = {FREE: ".", OCCUPIED: "#", UNKNOWN: "?"}
@@ -55,15 +54,6 @@ def test_a_palette_and_a_bit_map_are_read(tmp_path: Path) -> None:
     assert rows_of(path) == ["#.?", ".#."]
     Image.fromarray(np.array([[True, False]])).save(tmp_path / "m.png")
     assert rows_of(path) == [".#"]
-
-
-def test_written_maps_read_back(tmp_path: Path) -> None:
-    cells = np.random.default_rng(0).choice([FREE, OCCUPIED, UNKNOWN], (7, 11)).astype(np.int8)
-    grid = OccupancyMap(cells, 0.037, (-1.5, 2.25, 0.3))
-    write_map(grid, tmp_path / "again.yaml")
-    again = read_map(tmp_path / "again.yaml")
-    np.testing.assert_array_equal(again.cells, cells)
-    assert (again.resolution, again.origin) == (grid.resolution, grid.origin)
 
 
 @pytest.mark.parametrize(("negate", "row"), [(0, "#?..."), (1, ".?###")])

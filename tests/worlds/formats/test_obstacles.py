@@ -12,18 +12,11 @@ SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
 
 
 def test_the_world_is_as_given():
-    kind = Obstacles(
-        cylinders=[[3.0, 0.0, 0.5]],
-        polygons=[SQUARE],
-        bounds=[-1.0, -2.0, 6.0, 3.0],
-        start=[0.0, 0.0, 1.0],
-        goal=[5, 1],
-    )
+    ends = {"start": [0.0, 0.0, 1.0], "goal": [5, 1]}
+    kind = Obstacles(cylinders=[[3.0, 0.0, 0.5]], polygons=[SQUARE], bounds=[-1.0, -2.0, 6.0, 3.0], **ends)
     world = make_world(kind, 0, 0.25)
-    assert world.start == (0.0, 0.0, 1.0)
-    assert world.goal == (5.0, 1.0)
+    assert (world.start, world.goal, world.timeout) == ((0.0, 0.0, 1.0), (5.0, 1.0), 180.0)
     assert world.bounds == (-1.0, -2.0, 6.0, 3.0)
-    assert world.timeout == 180.0
     np.testing.assert_array_equal(world.cylinders, [(3.0, 0.0, 0.5)])
     np.testing.assert_array_equal(world.polygons[0], SQUARE)
 

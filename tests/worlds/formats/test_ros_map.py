@@ -23,16 +23,11 @@ TWO_ROOMS = [
 """Of 1.8 x 1.6 m and 1.6 x 1.6 m, without a door."""
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    return tmp_path
-
-
-def map_of(rows: list[str], folder: Path, origin: tuple[float, float, float] = (0.0, 0.0, 0.0), **changes) -> RosMap:
+def map_of(rows: list[str], tmp_path: Path, origin: tuple[float, float, float] = (0.0, 0.0, 0.0), **changes) -> RosMap:
     """A map drawn with letters, the upper row first."""
     cells = np.array([[LETTERS[letter] for letter in row] for row in rows[::-1]], np.int8)
-    write_map(OccupancyMap(cells, RESOLUTION, origin), folder / "m.yaml")
-    return RosMap(file=str(folder / "m.yaml"), **{"min_distance": 0.4, **changes})
+    write_map(OccupancyMap(cells, RESOLUTION, origin), tmp_path / "m.yaml")
+    return RosMap(file=str(tmp_path / "m.yaml"), **{"min_distance": 0.4, **changes})
 
 
 def with_door(rows: list[str], height: int) -> list[str]:
@@ -42,13 +37,13 @@ def with_door(rows: list[str], height: int) -> list[str]:
 
 @pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (-3.0, 1.5, 0.0), (1.0, -2.0, 0.6), (0.0, 0.0, -2.3)])
 @pytest.mark.parametrize("unknown", ["occupied", "free"])
-def test_walls_are_where_cells_are(folder: Path, origin, unknown: str) -> None:
+def test_walls_are_where_cells_are(tmp_path: Path, origin, unknown: str) -> None:
     rng = np.random.default_rng(4)
     cells = rng.choice([FREE, FREE, FREE, OCCUPIED, UNKNOWN], (30, 40)).astype(np.int8)
     cells[5:15, 5:25] = FREE
     grid = OccupancyMap(cells, RESOLUTION, origin)
-    write_map(grid, folder / "m.yaml")
-    world = make_world(RosMap(file=str(folder / "m.yaml"), unknown=unknown, min_distance=0.1), 0, 0.11)
+    write_map(grid, tmp_path / "m.yaml")
+    world = make_world(RosMap(file=str(tmp_path / "m.yaml"), unknown=unknown, min_distance=0.1), 0, 0.11)
     solid = cells == OCCUPIED if unknown == "free" else cells != FREE
     # the middle room holds start and goal: what is beside it stays
     points = rng.uniform((5.0, 5.0), (25.0, 15.0), (300, 2))
@@ -63,8 +58,8 @@ def test_walls_are_where_cells_are(folder: Path, origin, unknown: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_random_places_are_wide_far_and_in_reach(folder: Path, seed: int) -> None:
-    kind = map_of(with_door(TWO_ROOMS, 9), folder, min_distance=1.4)
+def test_random_places_are_wide_far_and_in_reach(tmp_path: Path, seed: int) -> None:
+    kind = map_of(with_door(TWO_ROOMS, 9), tmp_path, min_distance=1.4)
     world = make_world(kind, seed, RADIUS)
     ends = np.array([world.start[:2], world.goal])
     assert (compute_clearance(world, ends) >= RADIUS + 0.1).all()
@@ -76,39 +71,39 @@ def test_random_places_are_wide_far_and_in_reach(folder: Path, seed: int) -> Non
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_random_places_are_in_one_room_where_there_is_no_door(folder: Path, seed: int) -> None:
+def test_random_places_are_in_one_room_where_there_is_no_door(tmp_path: Path, seed: int) -> None:
     for rows in (TWO_ROOMS, with_door(TWO_ROOMS, 5)):  # 0.5 m is too narrow for the robot and its margin
-        world = make_world(map_of(rows, folder), seed, RADIUS)
+        world = make_world(map_of(rows, tmp_path), seed, RADIUS)
         assert (world.start[0] < 2.1) == (world.goal[0] < 2.1)
 
 
-def test_what_is_given_is_kept(folder: Path) -> None:
-    world = make_world(map_of(TWO_ROOMS, folder, start=[1.0, 1.0, 2.0], goal=[0.6, 1.3]), 0, RADIUS)
+def test_what_is_given_is_kept(tmp_path: Path) -> None:
+    world = make_world(map_of(TWO_ROOMS, tmp_path, start=[1.0, 1.0, 2.0], goal=[0.6, 1.3]), 0, RADIUS)
     assert (world.start, world.goal) == ((1.0, 1.0, 2.0), (0.6, 1.3))
     for seed in range(5):
-        world = make_world(map_of(TWO_ROOMS, folder, start=[1.0, 1.0, 2.0]), seed, RADIUS)
+        world = make_world(map_of(TWO_ROOMS, tmp_path, start=[1.0, 1.0, 2.0]), seed, RADIUS)
         assert world.start == (1.0, 1.0, 2.0)
         assert world.goal[0] < 2.1
-        world = make_world(map_of(TWO_ROOMS, folder, goal=[3.0, 1.0]), seed, RADIUS)
+        world = make_world(map_of(TWO_ROOMS, tmp_path, goal=[3.0, 1.0]), seed, RADIUS)
         assert world.goal == (3.0, 1.0)
         assert world.start[0] > 2.1
 
 
-def test_unknown_cells_may_be_free(folder: Path) -> None:
+def test_unknown_cells_may_be_free(tmp_path: Path) -> None:
     rows = [row.replace("##", "??") if 6 <= k < 15 else row for k, row in enumerate(TWO_ROOMS)]
     ends = {"start": [1.0, 1.0, 0.0], "goal": [3.0, 1.0]}
     with pytest.raises(StarnavError, match="out of reach"):
-        make_world(map_of(rows, folder, **ends), 0, RADIUS)
-    assert make_world(map_of(rows, folder, unknown="free", **ends), 0, RADIUS).goal == (3.0, 1.0)
+        make_world(map_of(rows, tmp_path, **ends), 0, RADIUS)
+    assert make_world(map_of(rows, tmp_path, unknown="free", **ends), 0, RADIUS).goal == (3.0, 1.0)
 
 
-def test_the_way_may_lead_around_the_map_where_that_is_free(folder: Path) -> None:
+def test_the_way_may_lead_around_the_map_where_that_is_free(tmp_path: Path) -> None:
     rows = [".......#......."] * 15
     ends = {"start": [0.3, 0.7, 0.0], "goal": [1.1, 0.7]}
     with pytest.raises(StarnavError, match="out of reach"):
-        make_world(map_of(rows, folder, **ends), 0, 0.2)
-    assert find_shortest_path(make_world(map_of(rows, folder, unknown="free", **ends), 0, 0.2), 0.2)[0] > 1.5
-    worlds = [make_world(map_of(rows, folder, unknown="free"), seed, 0.2) for seed in range(9)]
+        make_world(map_of(rows, tmp_path, **ends), 0, 0.2)
+    assert find_shortest_path(make_world(map_of(rows, tmp_path, unknown="free", **ends), 0, 0.2), 0.2)[0] > 1.5
+    worlds = [make_world(map_of(rows, tmp_path, unknown="free"), seed, 0.2) for seed in range(9)]
     assert len({(world.start[0] < 0.75) == (world.goal[0] < 0.75) for world in worlds}) == 2
 
 
@@ -128,7 +123,7 @@ def test_the_way_may_lead_around_the_map_where_that_is_free(folder: Path) -> Non
         (TWO_ROOMS, {"start": [1.0, 1.0]}, r"start is \[1\.0, 1\.0\]; allowed: finite \[x, y, yaw\]"),
     ],
 )
-def test_bad_maps_and_places_are_refused(folder: Path, rows, changes, message: str) -> None:
+def test_bad_maps_and_places_are_refused(tmp_path: Path, rows, changes, message: str) -> None:
     with pytest.raises(StarnavError, match=message) as error:
-        make_world(map_of(rows, folder, **changes), 0, RADIUS)
+        make_world(map_of(rows, tmp_path, **changes), 0, RADIUS)
     assert "\n" not in str(error.value)
