@@ -30,13 +30,8 @@ def test_hits_stay_where_they_are(seed: int) -> None:
         mount = Mount(*rng.uniform(-0.2, 0.2, 2), rng.uniform(-4.0, 4.0), upside_down)
         (scan,) = looks(world, (Lidar(mount, 4.0, 200),), POSE)
         turned = align_with_robot(scan, mount)
-        straight = cast(
-            world,
-            mount.find_lidar_pose(POSE),
-            beams=200,
-            angle_min=turned.angle_min,
-            angle_increment=turned.angle_increment,
-        )
+        view = {"angle_min": turned.angle_min, "angle_increment": turned.angle_increment}
+        straight = cast(world, mount.find_lidar_pose(POSE), beams=200, **view)
         assert turned.ranges == pytest.approx(straight.ranges, abs=1e-9)
         assert abs(turned.angle_min) <= math.pi
 

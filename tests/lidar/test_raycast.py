@@ -1,5 +1,3 @@
-import math
-
 import numpy as np
 import pytest
 import shapely
@@ -168,25 +166,10 @@ def test_a_beam_in_line_with_a_shape_ends_on_it(seed, kind, rolling, away):
     assert (distance_from(row[0], places[hit]) <= 2e-8).all()
 
 
-DEGREES = Fan.regular(-math.pi, math.pi / 180.0, 360)
-
-
-def cast_row(row: list[float], x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> np.ndarray:
+def test_a_clip_opens_a_conic_and_nearer_ranges_stay() -> None:
     rows = np.zeros((1, COLUMNS))
-    rows[0, : len(row)] = row
-    ranges = np.full(360, np.inf)
-    cast_rows(rows, (x, y, math.cos(yaw), math.sin(yaw)), DEGREES, ranges, 10.0)
-    return ranges
-
-
-def test_a_clip_opens_a_conic() -> None:
-    circle = [3.0, 0.0, 1.0, CONIC, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 2.0]  # the half beyond x = 3
-    assert cast_row(circle)[180] == pytest.approx(4.0)
-
-
-def test_nearer_ranges_stay() -> None:
-    rows = np.zeros((1, COLUMNS))
-    rows[0, :4] = 3.0, 0.0, 1.0, CIRCLE
-    ranges = np.full(360, 1.0)
-    cast_rows(rows, (0.0, 0.0, 1.0, 0.0), DEGREES, ranges, 10.0)
+    rows[0, :14] = 3.0, 0.0, 1.0, CONIC, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 2.0  # the half beyond x = 3
+    assert cast(rows)[BEAMS // 2] == pytest.approx(4.0)
+    ranges = np.full(BEAMS, 1.0)
+    cast_rows(rows, (0.0, 0.0, 1.0, 0.0), FAN, ranges, 10.0)
     assert (ranges == 1.0).all()

@@ -11,14 +11,6 @@ from drake_starnav.lidar.rosbag import read_rosbag
 from tests.helpers.bags import Bag
 
 TURN = 2.0 * math.pi
-FULL = {
-    "both ends": (0.0, TURN, 455),
-    "symmetric": (-math.pi, math.pi, 1440),
-    "rounded": (0.0, 6.28, 360),
-    "clockwise": (math.pi, -math.pi, 720),
-    "a beam short": (-math.pi, 3.13, 449),
-}
-"""First and last bearing and number of beams of lidars that look all around."""
 
 
 def driven(*times: float, **scan) -> Bag:
@@ -39,17 +31,6 @@ def test_scans_have_poses_between_those_of_odometry(tmp_path: Path) -> None:
     assert seen.pose == pytest.approx([0.5, 0.0, 3.1], abs=1e-6)  # across the turn of the angle
     np.testing.assert_array_equal(seen.scan.ranges, [1.0, math.nan, math.nan, math.inf, 2.0, 0.5])
     assert (seen.scan.angle_min, seen.scan.range_max) == (-1.0, 8.0)
-
-
-@pytest.mark.parametrize("view", FULL.values(), ids=FULL)
-def test_a_lidar_that_looks_all_around_does_so_in_single_precision(tmp_path: Path, view) -> None:
-    first, last, beams = view
-    bag = Bag()
-    step = (np.float32(last) - np.float32(first)) / np.float32(beams - 1)
-    bag.scan(10.0, np.full(beams, 2.0), angle_min=first, angle_increment=step)
-    bag.odometry(10.0, 0.0, 0.0)
-    (seen,) = read_rosbag(bag.write(tmp_path / "bag"))
-    assert seen.scan.full_circle and len(seen.scan.ranges) == beams and seen.scan.angle_increment > 0.0
 
 
 @pytest.mark.parametrize("apart", [1.7e9, 0.6, -0.6])
@@ -81,14 +62,6 @@ def test_transforms_lead_from_the_lidar_to_the_fixed_frame(tmp_path: Path, upsid
     expected = -bearings[::-1] if upside_down else bearings
     assert seen.scan.bearings == pytest.approx(expected)
     assert seen.scan.ranges[0] == (6.0 if upside_down else 1.0)
-
-
-def test_poses_without_the_name_of_a_frame_are_those_of_the_robot(tmp_path: Path) -> None:
-    bag = Bag()
-    bag.scan(10.0, np.ones(6))
-    bag.pose(10.0, 2.0, 1.0, topic="/tracked")
-    (seen,) = read_rosbag(bag.write(tmp_path / "bag"), pose_topic="/tracked")
-    assert seen.pose == pytest.approx([2.0, 0.0, 1.0])
 
 
 def test_a_topic_that_is_missing_is_named_with_those_there_are(tmp_path: Path) -> None:
@@ -128,16 +101,18 @@ FOOT, BODY, MOUNT = ("base_footprint", "base_link"), ("base_link", "base_footpri
         ("", [MOUNT]),
         ("", [FOOT, MOUNT]),
         ("r1/base_link", [("r1/base_link", "laser")]),
+        (None, [MOUNT]),  # of a topic of poses, which names no frame
     ],
 )
 def test_poses_are_those_of_the_lidar_however_frames_hang_together(tmp_path: Path, child, fixed, latched) -> None:
     bag = Bag()
     for k in range(6):
-        bag.odometry(10.0 + 0.1 * k, 5.0 + 0.1 * k, 0.0, child=child)
-        bag.scan(10.0 + 0.1 * k, np.ones(6))
+        time, place = 10.0 + 0.1 * k, 5.0 + 0.1 * k
+        bag.pose(time, place, 0.0, topic="/tracked") if child is None else bag.odometry(time, place, 0.0, child=child)
+        bag.scan(time, np.ones(6))
     for frames in fixed:
         bag.transform(latched, frames, (0.2, 0.0) if "laser" in frames else (0.0, 0.0), topic="/tf_static")
-    seen = read_rosbag(bag.write(tmp_path / "bag"))
+    seen = read_rosbag(bag.write(tmp_path / "bag"), **({"pose_topic": "/tracked"} if child is None else {}))
     assert [float(each.pose[0]) for each in seen] == pytest.approx(5.2 + 0.1 * np.arange(6))
 
 

@@ -33,9 +33,16 @@ def test_a_largest_range_that_is_not_known_is_the_longest_of_the_log(high: float
         assert seen.scan.distances[1] == seen.scan.range_max == pytest.approx(3.0)
 
 
-def test_without_any_range_the_largest_cannot_be_told() -> None:
-    with pytest.raises(StarnavError, match=r"^log: range_max is inf with range_min 0\.125, and no range is longer"):
-        restore_scans([record(math.inf, math.inf, math.inf, range_max=math.inf)], "log")
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"ranges": np.full(3, math.inf), "range_max": math.inf}, "^log: range_max is inf with .*no range is longer"),
+        ({"angle_increment": 4.0}, r"^log, at 1\.000 s: laser scan: angle_increment 4 over 3 beams"),
+    ],
+)
+def test_a_record_that_is_no_scan_is_named(changes: dict, said: str) -> None:
+    with pytest.raises(StarnavError, match=said):
+        restore_scans([record(1.0, 1.0, 1.0, **changes)], "log")
 
 
 @pytest.mark.parametrize(
@@ -109,8 +116,3 @@ def test_a_table_and_a_bag_of_one_scan_mean_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.scan.ranges, bagged.scan.ranges)
     assert table.scan.field_of_view == bagged.scan.field_of_view
     assert table.pose == pytest.approx(bagged.pose)
-
-
-def test_a_record_that_is_no_scan_is_named_by_its_time() -> None:
-    with pytest.raises(StarnavError, match=r"^log, at 1\.000 s: laser scan: angle_increment 4 over 3 beams"):
-        restore_scans([record(1.0, 1.0, 1.0, angle_increment=4.0)], "log")

@@ -12,10 +12,7 @@ UPRIGHT, TURNED, UPSIDE_DOWN = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, HALF, HALF), (1.
 
 def add(frames: Frames, parent: str, child: str, place, rotation=UPRIGHT) -> None:
     header = SimpleNamespace(frame_id=parent, stamp=SimpleNamespace(sec=0, nanosec=0))
-    p, q = (
-        SimpleNamespace(**dict(zip("xyz", place, strict=True))),
-        SimpleNamespace(**dict(zip("xyzw", rotation, strict=True))),
-    )
+    p, q = (SimpleNamespace(**dict(zip("xyzw", values, strict=False))) for values in (place, rotation))
     frames.add(child, header, SimpleNamespace(translation=p, rotation=q), moves=False)
 
 

@@ -40,10 +40,9 @@ def mesh_of(extension, tmp_path, in_memory):
     return Mesh(str(path), SCALE)
 
 
-def signed_volume(vertices, triangles):
-    """Of the solid, m3; faces turned the wrong way are turned to face away from a point inside."""
-    inside = vertices.mean(axis=0)
-    a, b, c = np.moveaxis(vertices[triangles] - inside, 1, 0)
+def enclosed_volume(vertices, triangles):
+    """Of the solid, m3, whichever way its faces are turned: from a point inside."""
+    a, b, c = np.moveaxis(vertices[triangles] - vertices.mean(axis=0), 1, 0)
     return np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))).sum() / 6.0
 
 
@@ -58,7 +57,7 @@ def test_triangles_are_where_drake_has_the_mesh(extension, in_memory, tmp_path):
     assert vertices.min(axis=0) == pytest.approx(np.min([*expected], axis=0), abs=1e-6)
     assert vertices.max(axis=0) == pytest.approx(np.max([*expected], axis=0), abs=1e-6)
     extra = 2.0 if extension == ".gltf" else 1.0  # its node's scale
-    assert signed_volume(vertices, triangles) == pytest.approx(extra * np.prod(SCALE) * 8.0 / 6.0, rel=1e-6)
+    assert enclosed_volume(vertices, triangles) == pytest.approx(extra * np.prod(SCALE) * 8.0 / 6.0, rel=1e-6)
 
 
 def test_a_file_beside_a_gltf_file_is_found(tmp_path):

@@ -14,26 +14,11 @@ from drake_starnav.models.model_files import Models, parse_xml
 from drake_starnav.robot import RobotParameters
 from drake_starnav.station.plant import plant_config
 from drake_starnav.station.robot_model import add_robot
+from tests.helpers.robots import joint, link, robot, wheel
 
 LOOK = "<visual>{}<geometry><box size='{}'/></geometry>{}</visual>"
-WHEELS = "".join(
-    f'<joint name="{side}" type="continuous"><parent link="base_link"/><child link="{side}_wheel"/>'
-    f'<origin xyz="0 {y} 0" '
-    'rpy="-1.5708 0 0"/><axis xyz="0 0 1"/></joint>'
-    f'<link name="{side}_wheel"><inertial><mass value="0.4"/><inertia ixx="6e-4" iyy="6e-4" izz="1e-3" ixy="0" ixz="0" '
-    'iyz="0"/></inertial><collision><geometry><cylinder radius="0.07" length="0.03"/></geometry></collision></link>'
-    for side, y in (("left", 0.16), ("right", -0.16))
-)
-CART = (
-    '<robot name="cart"><link name="base_link"><inertial><mass value="8"/><inertia ixx="0.05" iyy="0.08" izz="0.11" '
-    'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.36 0.26 0.1"/></geometry></collision>'
-    "{}</link>" + WHEELS + "{}</robot>"
-)
-FINGER = (
-    '<joint name="f" type="fixed"><parent link="base_link"/><child link="finger"/></joint><link name="finger">'
-    "<inertial>"
-    '<mass value="0.08"/><inertia ixx="0.002" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
+CART = robot("{}", wheel("left", 0.0, 0.16), wheel("right", 0.0, -0.16)).replace("</link>", "{}</link>", 1)
+FINGER = joint("finger") + link("finger").replace('iyy="0.001" izz="0.001"', 'iyy="0" izz="0"')
 
 
 def added(text: str, tmp_path) -> list[str]:

@@ -17,12 +17,7 @@ def solid(corners: np.ndarray = CORNERS) -> trimesh.Trimesh:
     return trimesh.Trimesh(corners, FACES, process=False)
 
 
-def ascii_stl() -> bytes:
-    return solid().export(file_type="stl_ascii").encode()
-
-
-def binary_stl() -> bytes:
-    return solid().export(file_type="stl")
+ASCII_STL, BINARY_STL = solid().export(file_type="stl_ascii").encode(), solid().export(file_type="stl")
 
 
 def dae(unit: str = "1") -> bytes:
@@ -43,8 +38,8 @@ def as_set(vertices: np.ndarray, triangles: np.ndarray) -> set:
 @pytest.mark.parametrize(
     ("data", "suffix", "axes"),
     [
-        (ascii_stl(), ".stl", np.eye(3)),
-        (binary_stl(), ".stl", np.eye(3)),
+        (ASCII_STL, ".stl", np.eye(3)),
+        (BINARY_STL, ".stl", np.eye(3)),
         (dae(), ".dae", np.eye(3)),
         (dae(unit="0.01"), ".dae", 0.01 * np.eye(3)),
         (gltf(solid()), ".gltf", Y_UP[:3, :3]),

@@ -10,7 +10,7 @@ import trimesh
 from drake_starnav.errors import StarnavError
 from drake_starnav.models.model_files import MOST_LINKS, Models
 from drake_starnav.models.model_folders import FOLDERS
-from tests.models.test_mesh_file import ascii_stl, binary_stl, dae, solid
+from tests.models.test_mesh_file import ASCII_STL, BINARY_STL, dae, solid
 
 LINK = '<link name="l"><collision name="c"><geometry>{}</geometry></collision></link>'
 MODEL = '<model name="m"><static>1</static>{}</model>'
@@ -91,9 +91,7 @@ def test_a_folder_has_the_file_of_its_highest_version(tmp_path: Path) -> None:
     assert inside.find(".//geometry")[0].tag == "box"
 
 
-@pytest.mark.parametrize(
-    ("data", "suffix"), [(ascii_stl(), "stl"), (binary_stl(), "STL"), (dae(), "dae"), (dae(), "DAE")]
-)
+@pytest.mark.parametrize(("data", "suffix"), [(ASCII_STL, "stl"), (BINARY_STL, "STL"), (dae(), "dae"), (dae(), "DAE")])
 @pytest.mark.parametrize("uri", ["meshes/a b.{}", "file://{{}}/meshes/a%20b.{}", "package://crate/meshes/a b.{}"])
 def test_meshes_become_files_that_drake_reads(data: bytes, suffix: str, uri: str, tmp_path: Path) -> None:
     folder = tmp_path / "crate"
@@ -116,12 +114,8 @@ def test_meshes_become_files_that_drake_reads(data: bytes, suffix: str, uri: str
 def test_what_is_drake_s_own_stays(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 0 0\n")
     mesh = LINK.format("<mesh><uri>a.obj</uri><drake:declare_convex/></mesh>")
-    root = prepared(
-        sdf(
-            tmp_path,
-            MODEL.format(f"{mesh}<drake:collision_filter_group/>") + MODEL.format(LINK.format("<drake:capsule/>")),
-        )
-    )
+    models = MODEL.format(f"{mesh}<drake:collision_filter_group/>") + MODEL.format(LINK.format("<drake:capsule/>"))
+    root = prepared(sdf(tmp_path, models))
     for tag in ("declare_convex", "collision_filter_group", "capsule"):
         assert len(list(root.iter(f"{{http://drake.mit.edu}}{tag}"))) == 1
 
@@ -140,10 +134,7 @@ POINTS = "".join(f"<point>{x} {y}</point>" for x, y in ((0, 0), (2, 0), (2, 1), 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (
-            '<world name="w"><include><uri>model://gone</uri></include></world>',
-            "include 'model://gone' is not found; .*PATH",
-        ),
+        (INCLUDE.replace("crate", "gone"), "include 'model://gone' is not found; .*PATH"),
         ('<world name="w"><include><uri>m.sdf</uri></include></world>', "includes itself"),
         ('<world name="w"><population name="p"/></world>', "has a <population>"),
         ("<world", "cannot be read: .*XML"),
@@ -167,26 +158,22 @@ def test_looks_are_converted_with_their_colours_and_left_out_where_nothing_can_b
         two.add_geometry(box)
     (tmp_path / "two.glb").write_bytes(two.export(file_type="glb"))
     (tmp_path / "a.obj").write_text("v 0 0 0\n")
-    (tmp_path / "a.stl").write_bytes(ascii_stl())
+    (tmp_path / "a.stl").write_bytes(ASCII_STL)
     (tmp_path / "torn.dae").write_bytes(dae()[:-40])
     (tmp_path / "folder.stl").mkdir()
-    names = ("a.obj", "gone.obj", "torn.dae", "folder.stl", "a.stl", "two.glb")
-    models = Models()
-    if kind == "sdf":
-        visual = '<visual name="{0}"><geometry><mesh><uri>{0}</uri></mesh></geometry></visual>'
-        looks = "".join(visual.format(name) for name in names)
-        path = models.model(sdf(tmp_path, MODEL.format(BOX.replace("</link>", f"{looks}</link>"))))
-        tag, attribute = "geometry/mesh/uri", None
-    else:
-        visual = '<visual name="{0}"><geometry><mesh filename="{0}"/></geometry></visual>'
-        looks = "".join(visual.format(name) for name in names)
-        (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="base_link">{looks}</link></robot>')
-        path = models.model(tmp_path / "r.urdf")
-        tag, attribute = "geometry/mesh", "filename"
-    shown = list(ElementTree.parse(path).getroot().iter("visual"))
+    mesh = "<mesh><uri>{0}</uri></mesh>" if kind == "sdf" else '<mesh filename="{0}"/>'
+    looks = "".join(
+        f'<visual name="{name}"><geometry>{mesh.format(name)}</geometry></visual>'
+        for name in ("a.obj", "gone.obj", "torn.dae", "folder.stl", "a.stl", "two.glb")
+    )
+    path, models = sdf(tmp_path, MODEL.format(BOX.replace("</link>", f"{looks}</link>"))), Models()
+    if kind == "urdf":
+        path = tmp_path / "r.urdf"
+        path.write_text(f'<robot name="r"><link name="base_link">{looks}</link></robot>')
+    shown = list(ElementTree.parse(models.model(path)).getroot().iter("visual"))
     assert [visual.get("name") for visual in shown] == ["a.obj", "a.stl", "two.glb", "two.glb_1"]
-    files = [mesh.text if attribute is None else mesh.get(attribute) for mesh in (v.find(tag) for v in shown)]
-    assert all(Path(file.removeprefix("file://")).suffix == ".obj" for file in files)
+    meshes = [visual.find("geometry/mesh") for visual in shown]
+    assert all((mesh.findtext("uri") or mesh.get("filename")).endswith(".obj") for mesh in meshes)
     looks = [[*each.iterfind("material/diffuse"), *each.iterfind("material/color")] for each in shown]
     colors = [color.text or color.get("rgba") for (color,) in looks[2:]]
     assert looks[:2] == [[], []] and sorted(colors) == ["0 0 1 1", "1 0 0 1"]

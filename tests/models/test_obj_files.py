@@ -20,9 +20,8 @@ def points_of(path: Path) -> np.ndarray:
 
 def is_closed_outwards(vertices: np.ndarray, triangles: np.ndarray) -> bool:
     """Whether the triangles bound their convex hull, seen counter-clockwise from outside."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0
-    return volume == pytest.approx(ConvexHull(vertices).volume)
+    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    return mesh.is_watertight and mesh.volume == pytest.approx(ConvexHull(vertices).volume)
 
 
 def test_a_file_is_written_once_and_holds_what_is_used() -> None:
