@@ -69,25 +69,17 @@ def test_cases_of_one_name_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("method", "text", "outcome", "message"),
     [
-        ("world: !Obstacles {cylinders: [[0.2, 0, 0.3]]}", "Obstacles.start"),
-        ("world: !Obstacles {goal: [1.0, 0.0]}\nrobot: {model: nobody}", "nobody"),
+        ("star", "{cylinders: [[0.2, 0, 0.3]]}", "error", "Obstacles.start"),
+        ("star", "{goal: [1.0, 0.0]}\nrobot: {model: nobody}", "error", "nobody"),
+        ("dsm", "{polygons: [[[2, 1], [3, 1], [3, 2]]], goal: [4.0, 0.0]}", "unsupported", "1 polygon"),
     ],
 )
-def test_a_trial_that_cannot_be_run_is_recorded(text: str, message: str) -> None:
-    record = run_job(Job(Case("broken", "star", text), 4, 99))
-    assert record["outcome"] == "error"
-    assert message in record["message"]
-    assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("broken", "star", 4, 99)
-
-
-def test_a_method_that_cannot_be_tried_in_a_world_is_recorded_as_unsupported() -> None:
-    text = "world: !Obstacles {polygons: [[[2, 1], [3, 1], [3, 2]]], goal: [4.0, 0.0]}"
-    record = run_job(Job(Case("walls", "dsm", text), 2, 7))
-    assert record["outcome"] == "unsupported"
-    assert "1 polygon" in record["message"]
-    assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("walls", "dsm", 2, 7)
+def test_a_trial_that_cannot_be_run_is_recorded(method: str, text: str, outcome: str, message: str) -> None:
+    record = run_job(Job(Case("broken", method, f"world: !Obstacles {text}"), 4, 99))
+    assert record["outcome"] == outcome and message in record["message"]
+    assert (record["scenario"], record["method"], record["trial"], record["seed"]) == ("broken", method, 4, 99)
 
 
 def test_a_fault_that_nobody_foresaw_is_recorded_with_its_kind(monkeypatch) -> None:

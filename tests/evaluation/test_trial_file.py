@@ -69,10 +69,7 @@ def test_a_file_is_not_overwritten(path: Path) -> None:
             {"cases": [vars(CASES[0]), dict(vars(CASES[0]), method="star_paper")]},
             "cases forest star, forest star_paper, now forest star",
         ),
-        (
-            {"cases": [dict(vars(CASES[0]), text="world: !Forest {}\nrobot: {radius: 0.3}\n")]},
-            "written with other parameters",
-        ),
+        ({"cases": [dict(vars(CASES[0]), text="world: !Forest {}\n")]}, "written with other parameters"),
     ],
 )
 def test_other_settings_are_refused(path: Path, change: dict, words: str) -> None:

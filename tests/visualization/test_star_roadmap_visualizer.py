@@ -13,12 +13,7 @@ from drake_starnav.planning.roadmap import refit_regions
 from drake_starnav.planning.route import Route
 from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
-from drake_starnav.visualization.star_roadmap_visualizer import (
-    NODE_RADIUS,
-    SCAN_POINTS,
-    SPACING,
-    StarRoadmapVisualizer,
-)
+from drake_starnav.visualization.star_roadmap_visualizer import NODE_RADIUS, SCAN_POINTS, SPACING, StarRoadmapVisualizer
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import CORNERS, looks
 from tests.helpers.recorded_drive import ROBOT, Replay, run_log
@@ -68,22 +63,25 @@ class Script(list):
 
 def covered_area(mesh):
     """The sum of the areas of a mesh's triangles, m^2."""
-    a, b, c = mesh[0][:2, mesh[1]].transpose(1, 0, 2)
-    (abx, aby), (acx, acy) = b - a, c - a
-    return 0.5 * np.abs(abx * acy - aby * acx).sum()
+    return shapely.area(shapely.polygons(mesh[0][:2, mesh[1]].transpose(2, 1, 0))).sum()
 
 
-def play(log, ports=None, **parameters):
-    """The calls to Meshcat of a run."""
-    script = Script()
-    builder = DiagramBuilder()
+def connected(log, ports=None, parameters=None, **areas):
+    """The script of a visualizer, and the diagram in which it shows a log."""
+    script, builder = Script(), DiagramBuilder()
     replay = builder.AddSystem(Replay(log))
-    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(**parameters), ROBOT))
+    recording = RecordingParameters(**(parameters or {}))
+    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, recording, ROBOT, **areas))
     for name in log[0] if ports is None else ports:
         builder.Connect(replay.GetOutputPort(name), visualizer.GetInputPort(name))
-    simulator = Simulator(builder.Build())
+    return script, builder.Build()
+
+
+def play(log, ports=None, parameters=None, **areas):
+    """The calls to Meshcat of a run."""
+    script, diagram = connected(log, ports, parameters, **areas)
+    simulator = Simulator(diagram)
     gc.collect()
-    simulator.Initialize()
     simulator.AdvanceTo(0.05 * (len(log) - 1))
     return script
 
@@ -116,21 +114,17 @@ def test_regions_nodes_and_open_frontiers_are_those_of_the_roadmap(log, script):
         )
 
 
-def test_one_scan_one_path_and_one_certificate_at_a_time(script):
+def test_one_scan_one_path_and_one_certificate_at_a_time_and_none_after_the_run(script):
     for layer in ("scan", "path", "certificate"):
         assert all(len(script.visible(layer, frame)) == 1 for frame in range(61))
+    assert max(call[4] for call in script if call[0] == "SetProperty" and len(call) == 5) < 3.0 + 1e-3
 
 
 def test_scans_are_drawn_at_their_rate_and_thinned(log):
-    slow = play(log, scan_rate=2.0)
+    slow = play(log, parameters={"scan_rate": 2.0})
     assert len(slow.objects("scan")) == 7  # at 0, 0.5 ... 3 s
     clouds = [call[2] for call in slow if call[0] == "SetObject" and call[1] in slow.objects("scan")]
     assert all(0 < cloud.size() <= SCAN_POINTS for cloud in clouds)
-
-
-def test_no_keyframe_lies_ahead_of_the_run(script):
-    times = [call[4] for call in script if call[0] == "SetProperty" and len(call) == 5]
-    assert max(times) < 3.0 + 1e-3
 
 
 def test_a_rebuilt_roadmap_replaces_all_regions(log):
@@ -177,18 +171,9 @@ def test_the_trail_follows_the_robot(log, script):
 
 
 def test_a_second_initialization_starts_anew(log):
-    script = Script()
-    builder = DiagramBuilder()
-    replay = builder.AddSystem(Replay(log))
-    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(), ROBOT))
-    for name in log[0]:
-        builder.Connect(replay.GetOutputPort(name), visualizer.GetInputPort(name))
-    diagram = builder.Build()
-    calls = []
+    (script, diagram), calls = connected(log), []
     for _ in range(2):
-        simulator = Simulator(diagram)
-        simulator.Initialize()
-        simulator.AdvanceTo(1.0)
+        Simulator(diagram).AdvanceTo(1.0)
         calls.append([(call[0], call[1]) for call in script])
         script.clear()
     assert calls[0] == calls[1]
@@ -198,9 +183,7 @@ def test_a_second_initialization_starts_anew(log):
 def test_areas_of_certificates_are_drawn():
     square = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
     zones = (KeepOut(square), SpeedZone(square + 3.0, 0.2), SpeedZone(square + 6.0, 0.1))
-    script, builder = Script(), DiagramBuilder()
-    builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(), ROBOT, zones=zones))
-    Simulator(builder.Build()).AdvanceTo(0.2)
+    script = play([{}] * 5, zones=zones)
     areas = {call[1]: call[2][:2].min(axis=1).tolist() for call in script if call[0] == "SetTriangleMesh"}
     drawn = [(name, areas[path]) for name in ("keep_out", "slow") for path in script.visible(f"zones/{name}", 4)]
     assert drawn == [("keep_out", [0.0, 0.0]), ("slow", [3.0, 3.0]), ("slow", [6.0, 6.0])]
@@ -209,13 +192,7 @@ def test_areas_of_certificates_are_drawn():
 def test_hits_of_every_lidar_are_drawn_where_they_are():
     pose = np.array((0.5, -0.2, 0.7))
     scans = dict(zip(("scan", "scan_2"), looks(WORLD, CORNERS, pose), strict=True))
-    script, builder = Script(), DiagramBuilder()
-    replay = builder.AddSystem(Replay([{"scan_pose": pose, **scans}]))
-    places = [lidar.mount for lidar in CORNERS]
-    visualizer = builder.AddSystem(StarRoadmapVisualizer(script, RecordingParameters(), ROBOT, mounts=places))
-    for name in ("scan_pose", *scans):
-        builder.Connect(replay.GetOutputPort(name), visualizer.GetInputPort(name))
-    Simulator(builder.Build()).Initialize()
+    script = play([{"scan_pose": pose, **scans}], mounts=[lidar.mount for lidar in CORNERS])
     (points,) = [call[2].xyzs() for call in script if call[0] == "SetObject" and call[1] in script.objects("scan")]
     away = np.abs(np.hypot(*(points[:2].T[:, None] - POSTS[:, :2]).transpose(2, 0, 1)) - POSTS[:, 2]).min(axis=1)
     assert len(away) > 60 and away.max() < 1e-5

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Box, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator
@@ -100,16 +101,10 @@ def recorded(tmp_path_factory):
     recorder.add_to(builder, Navigation(WORLD, robot))
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    plant.SetFreeBodySpatialVelocity(context, ball, velocity(0.0, 1.0))
+    plant.SetFreeBodySpatialVelocity(context, ball, SpatialVelocity([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]))
     simulator.AdvanceTo(DURATION)
     recorder.finish()
     return recorder
-
-
-def velocity(x: float, y: float):
-    from pydrake.multibody.math import SpatialVelocity
-
-    return SpatialVelocity(np.zeros(3), np.array([x, y, 0.0]))
 
 
 def shade(picture, place) -> np.ndarray:

@@ -12,8 +12,6 @@ from drake_starnav.evaluation.report.results import Results
 from tests.helpers.browser import browser_missing, find_chromium
 from tests.helpers.trials import made_up
 
-SECTIONS = ["success", "cost", "difficulty", "trajectories", "trials", "reproduce"]
-
 
 class Report(NamedTuple):
     """What a page is made of."""
@@ -55,13 +53,9 @@ def page(text, tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_no_error_and_no_network(page) -> None:
+def test_without_error_and_network_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
     assert page.complaints == []
     assert [url for url in page.requests if not url.startswith(("file:", "data:"))] == []
-
-
-@pytest.mark.slow
-def test_it_fits_its_width_and_every_picture_is_drawn(page) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") <= 1100
     widths = page.evaluate("[...document.images].map(image => image.complete && image.naturalWidth)")
     assert len(widths) == 5  # success, difficulty, path, two scenarios' trajectories
@@ -92,7 +86,7 @@ def test_tables_have_the_numbers(page, report) -> None:
 
 
 @pytest.mark.slow
-def test_chosen_trials_are_linked_or_say_how_to_see_them(page, report) -> None:
+def test_chosen_trials_are_linked_or_say_how_to_see_them_and_all_how_to_reproduce_them(page, report) -> None:
     rows = page.query_selector_all("#trials tbody tr")
     assert len(rows) == len(report.recordings)
     link = rows[0].query_selector("a")
@@ -100,9 +94,6 @@ def test_chosen_trials_are_linked_or_say_how_to_see_them(page, report) -> None:
     assert "<not the same>" in rows[0].inner_text()
     assert report.results.make_trial_command(report.recordings[1].record) in rows[1].inner_text()
 
-
-@pytest.mark.slow
-def test_it_says_how_to_reproduce_it(page, report) -> None:
     text = page.inner_text("#reproduce")
     assert report.results.list_commands()[0] in text
     for value in report.results.headers[0]["versions"].values():

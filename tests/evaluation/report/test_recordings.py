@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.cli.benchmark import benchmark, report
+from drake_starnav.cli.benchmark import benchmark
 from drake_starnav.evaluation.report.recordings import choose_trials, record_chosen
 from drake_starnav.evaluation.report.results import make_results, read_results
 from tests.helpers.trials import made_up, record
@@ -67,18 +67,3 @@ def test_another_run_than_the_recorded_one_is_reported(trials: Path, tmp_path: P
     assert steps == [(1, 1)]
     assert recording.file
     assert recording.remark.startswith("not the same run: reached after")
-
-
-def test_the_command_reports_without_running_again(trials: Path, tmp_path: Path, capsys) -> None:
-    before = trials.read_bytes()
-    out = {name: tmp_path / f"report.{name}" for name in ("html", "markdown", "csv")}
-    options = [part for name, path in out.items() for part in (f"--{name}", str(path))]
-    assert report([str(trials), *options]) == 0
-    printed = capsys.readouterr().out
-    assert trials.read_bytes() == before
-    assert out["markdown"].read_text().rstrip() in printed
-    assert out["csv"].read_text().count("\n") == 3
-    assert len(commands(out["html"].read_text(), trials)) == 2
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        ["report_figures.csv", *(path.name for path in out.values())]
-    )
