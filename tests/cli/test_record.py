@@ -78,9 +78,8 @@ def test_a_trial_in_a_numbered_world_is_repeated_in_that_world(tmp_path: Path) -
     few = ["--set", "simulation.timeout=0.1", "--jobs", "1", "--quiet"]
     assert benchmark(["barn", "--worlds", "2,5", *few, "--json", str(path)]) == 0
     for line, world in ((2, 2), (3, 5)):
-        arguments = argparse.Namespace(
-            run=str(path), line=line, method=None, seed=None, overrides=[], compare=None, log=None
-        )
+        others = dict.fromkeys(("method", "seed", "compare", "log"))
+        arguments = argparse.Namespace(run=str(path), line=line, overrides=[], **others)
         assert choose_run(arguments).scenarios["star"].world.id == world
 
 
@@ -92,20 +91,6 @@ def test_a_trial_of_a_batch_is_chosen_by_its_line(scenario, capsys) -> None:
     for line in ([], ["--line", "4"], ["--line", "1"]):
         assert record(["trials.jsonl", *line]) == 2
         assert "allowed: --line 2 to --line 3" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('{"scenario": "mine", "method": "star"}', "has no seed; allowed: as `simulate --json` writes it"),
-        ("a letter", "cannot be read: no JSON"),
-    ],
-)
-def test_a_file_of_something_else_is_reported(tmp_path, text, words, capsys) -> None:
-    path = tmp_path / "trial.json"
-    path.write_text(text + "\n")
-    assert record([str(path), "--html", str(tmp_path / "a.html")]) == 2
-    assert words in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -123,10 +108,14 @@ def test_a_file_of_something_else_is_reported(tmp_path, text, words, capsys) -> 
         (["mine.yaml", "--compare", "star", "--method", "star"], "--compare and --method"),
         (["mine.yaml", "--html", "/proc/forbidden/x.html"], "cannot write"),
         (["trial.json", "--seed", "3"], "--seed with a trial, which has its own"),
+        (["half.json"], "has no seed; allowed: as `simulate --json` writes it"),
+        (["letter.json"], "cannot be read: no JSON"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, words, scenario, capsys) -> None:
-    Path("trial.json").write_text(json.dumps({"scenario": "forest", "method": "star", "seed": 0}))
+    half = {"scenario": "mine", "method": "star"}
+    for name, text in (("half", json.dumps(half)), ("trial", json.dumps(half | {"seed": 0})), ("letter", "a letter")):
+        Path(f"{name}.json").write_text(text + "\n")
     assert record([*arguments, "--quiet"]) == 2
     error = capsys.readouterr().err
     assert words in error

@@ -62,8 +62,7 @@ def logged(tmp_path, text="", seconds=14.0, took=0.0, **flaws):
         log.note(reading, command, took)
         robot.drive(command)
     log.close()
-    read = read_log(tmp_path / "run.mcap")
-    return read, scenario
+    return read_log(tmp_path / "run.mcap"), scenario
 
 
 def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
@@ -76,16 +75,10 @@ def test_a_good_robot_needs_no_faults_declared(tmp_path) -> None:
     assert estimate_mask(seen) == []
 
 
-@pytest.mark.parametrize("late", [0, 3, 10])
-def test_the_delay_of_commands(tmp_path, late) -> None:
-    assert estimate_drive(select_drive(*logged(tmp_path, late=late)))["delay"] == pytest.approx(
-        PERIOD * late, abs=0.0101
-    )
-
-
-@pytest.mark.parametrize("slip", [0.05, 0.15])
-def test_slip(tmp_path, slip) -> None:
-    assert slip <= estimate_drive(select_drive(*logged(tmp_path, slip=slip)))["slip"] <= slip + 0.03
+@pytest.mark.parametrize(("late", "slip"), [(0, 0.05), (3, 0.0), (10, 0.15)])
+def test_the_delay_of_commands_and_slip(tmp_path, late, slip) -> None:
+    drive = estimate_drive(select_drive(*logged(tmp_path, late=late, slip=slip)))
+    assert drive["delay"] == pytest.approx(PERIOD * late, abs=0.0101) and slip <= drive["slip"] <= slip + 0.03
 
 
 @pytest.mark.parametrize("ground", [0.0, 0.08, 0.25])
@@ -95,16 +88,13 @@ def test_slip_of_the_ground_that_odometry_does_not_show(tmp_path, ground) -> Non
     assert ground <= declared.localization.drift <= 1.25 * ground / (1.0 - ground) + (ground > 0.0) * 0.02
 
 
-@pytest.mark.parametrize("noise", [0.002, 0.03])
-def test_noise(tmp_path, noise) -> None:
-    found = estimate_lidar(select_drive(*logged(tmp_path, f"lidar: {{noise: {noise}}}")))["noise"]
-    assert noise * 0.85 <= found <= noise * 1.25 + 0.001
-
-
-def test_lost_beams_and_delay_of_scans(tmp_path) -> None:
-    lidar = estimate_lidar(select_drive(*logged(tmp_path, "lidar: {dropout: 0.1}", scans_late=4)))
-    assert lidar["dropout"] == pytest.approx(0.1, abs=0.01)
-    assert lidar["delay"] == pytest.approx(4 * PERIOD, abs=0.002)  # each comes at a step: none waits for one
+@pytest.mark.parametrize(("noise", "dropout", "late"), [(0.002, 0.0, 0), (0.03, 0.0, 0), (0.01, 0.1, 4)])
+def test_noise_lost_beams_and_delay_of_scans(tmp_path, noise, dropout, late) -> None:
+    text = f"lidar: {{noise: {noise}, dropout: {dropout}}}"
+    lidar = estimate_lidar(select_drive(*logged(tmp_path, text, scans_late=late)))
+    assert noise * 0.85 <= lidar["noise"] <= noise * 1.25 + 0.001
+    assert lidar["dropout"] == pytest.approx(dropout, abs=0.01)
+    assert lidar["delay"] == pytest.approx(late * PERIOD, abs=0.002)  # each comes at a step: none waits for one
 
 
 def test_what_the_lidar_sees_of_the_robot(tmp_path) -> None:
@@ -123,9 +113,7 @@ def test_a_robot_that_hardly_moved_does_not_know_what_of_it_is_seen(tmp_path) ->
 
 
 def test_its_yaml_is_a_scenario_s(tmp_path) -> None:
-    log, scenario = logged(tmp_path, late=5, slip=0.05, own=(40,))
-    text = calibrate(log, scenario)
-    declared = parse_scenario(text, name="calibrated")
+    declared = parse_scenario(calibrate(*logged(tmp_path, late=5, slip=0.05, own=(40,))), name="calibrated")
     assert len(declared.lidar.mask) == 1
     assert declared.drive.delay == pytest.approx(5 * PERIOD, abs=0.011) and declared.drive.slip >= 0.05
     assert declared.lidar.field_of_view.full_circle

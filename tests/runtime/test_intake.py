@@ -135,24 +135,21 @@ def test_odometry_that_is_dropped_is_counted(rows, why) -> None:
     assert dict(take_messages(Intake.empty(1), 0.1, [], rows, ONE).drop_counts) == {why: 1}
 
 
-@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
-def test_a_robot_that_halts_on_its_way_does_not_jump(share) -> None:
-    x, y, yaw = extrapolate_pose(arc(0.0), 0.5 * share)
-    rows = [arc(0.0), Odometry(0.5, x, y, yaw, 0.0, 0.0)]
-    intake = take_messages(Intake.empty(1), 0.5, [], rows, ONE)
-    assert not intake.drop_counts and len(intake.rows) == 2
+WAY = Odometry(0.0, 0.0, 0.0, 0.0, 0.8, 0.0)
 
 
-@pytest.mark.parametrize("place", [(-0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, -2.0)])
-def test_one_that_is_beside_its_way_does(place) -> None:
-    rows = [Odometry(0.0, 0.0, 0.0, 0.0, 0.8, 0.0), Odometry(0.5, *place, 0.0, 0.0)]
-    assert dict(take_messages(Intake.empty(1), 0.5, [], rows, ONE).drop_counts) == {"jump of the odometry": 1}
-
-
-def test_declared_jumps_are_no_fault() -> None:
-    rows = [arc(0.0), arc(0.02)._replace(x=0.5)]
-    intake = take_messages(Intake.empty(1), 0.1, [], rows, ONE._replace(jumps=True))
-    assert not intake.drop_counts and len(intake.rows) == 2
+@pytest.mark.parametrize(
+    ("row", "place", "declared", "jumps"),
+    [
+        *((arc(0.0), extrapolate_pose(arc(0.0), time), ONE, False) for time in (0.0, 0.2, 0.5)),  # it halts on its way
+        *((WAY, place, ONE, True) for place in ((-0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.9, 0.0, 0.0), (0.0, 0.0, -2.0))),
+        (WAY, (0.9, 0.0, 0.0), ONE._replace(jumps=True), False),
+    ],
+)
+def test_a_robot_that_is_beside_its_way_has_jumped_unless_jumps_are_declared(row, place, declared, jumps) -> None:
+    intake = take_messages(Intake.empty(1), 0.5, [], [row, Odometry(0.5, *place, 0.0, 0.0)], declared)
+    assert dict(intake.drop_counts) == ({"jump of the odometry": 1} if jumps else {})
+    assert len(intake.rows) == 2 - jumps
 
 
 @pytest.mark.parametrize("goal", [(1, 2), [1.0, 2.0, 3.0], np.array((1.0, 2.0))])

@@ -131,9 +131,8 @@ def test_commands_that_follow_their_scans_later_than_declared_are_said(navigator
     said = "ms from scan to command; lidar.delay, drive.delay and a period allow 25 ms"
     assert said not in str(Driven("over", 30, 0, (0.0, 0.0, 0.0), {}, answer=0.025, declared=0.025))
     driven = drive(navigator, Slow(), seconds=0.6, quiet=False)
-    assert driven.answer == pytest.approx(0.06, abs=1e-3) and f"warning: {1e3 * driven.answer:.0f} {said}" in str(
-        driven
-    )
+    assert driven.answer == pytest.approx(0.06, abs=1e-3)
+    assert f"warning: {1e3 * driven.answer:.0f} {said}" in str(driven)
     assert said in capsys.readouterr().err
 
 
@@ -149,21 +148,17 @@ def test_what_waited_before_the_drive_is_not_driven_by(navigator) -> None:
     assert drive(navigator, Waiting(), seconds=0.6).answer < 4.0
 
 
-def test_it_ends_at_the_goal_on_request(navigator) -> None:
-    base = Base()
-    base.world = type(base.world)("near", tuple(base.pose), (base.pose[0] + 0.7, base.pose[1]))
-    assert drive(navigator, base, goal=(0.0, 0.0), seconds=20.0, until_reached=True).end == "reached"
-    assert base.stands and math.dist(base.pose[:2], base.world.goal) < FOREST.simulation.goal_tolerance
-
-
-def test_a_goal_that_is_given_counts_where_none_is_read(navigator) -> None:
-    class CommandedVelocity(Base):
+@pytest.mark.parametrize("is_read", [True, False])
+def test_it_ends_at_the_goal_that_is_read_or_else_given_on_request(navigator, is_read) -> None:
+    class Aiming(Base):
         def read(self):
-            return super().read()._replace(goal=None)
+            return super().read()._replace(goal=aim if is_read else None)
 
-    base, goal = CommandedVelocity(), (BareRobot(FOREST).pose[0] + 0.7, BareRobot(FOREST).pose[1])
-    assert drive(navigator, base, goal=goal, seconds=20.0, until_reached=True).end == "reached"
-    assert math.dist(base.pose[:2], goal) < FOREST.simulation.goal_tolerance
+    base = Aiming()
+    aim = base.pose[0] + 0.7, base.pose[1]
+    given = (0.0, 0.0) if is_read else aim
+    assert drive(navigator, base, goal=given, seconds=20.0, until_reached=True).end == "reached"
+    assert base.stands and math.dist(base.pose[:2], aim) < FOREST.simulation.goal_tolerance
 
 
 def test_a_goal_that_is_withdrawn_stops_it_whatever_was_given(navigator) -> None:

@@ -20,36 +20,39 @@ replace = dataclasses.replace
 
 
 @pytest.fixture(scope="module")
-def forest() -> Navigator:
+def made() -> Navigator:
     return Navigator(FOREST, warm=False)
 
 
+@pytest.fixture
+def forest(made) -> Navigator:
+    """A navigator of the forest that knows of nothing yet."""
+    made.reset()
+    return made
+
+
+@pytest.fixture
+def robot() -> BareRobot:
+    return BareRobot(FOREST)
+
+
 @pytest.mark.parametrize("kind", FAULTS)
-def test_what_goes_wrong_stops_the_robot(forest, kind) -> None:
-    forest.reset()
-    robot, within = BareRobot(FOREST), SLOWER.get(kind, 1.0)
-    fault = getattr(Faults(), kind)
+def test_what_goes_wrong_stops_the_robot(forest, robot, kind) -> None:
+    fault, within = getattr(Faults(), kind), SLOWER.get(kind, 1.0)
     driven(forest, robot, BEGIN)
     assert robot.speed > 0.7
     way = robot.way
     commands = driven(forest, robot, BEGIN + within + 0.02, fault)
-    assert robot.stands
-    assert commands[-1].status == "standing"
-    assert commands[-1].why
+    assert robot.stands and commands[-1].status == "standing" and commands[-1].why
     assert robot.way - way < BRAKING + FOREST.robot.max_speed * (within - 0.8 + 0.02)
     commands = driven(forest, robot, BEGIN + within + 1.0, fault)  # and stays so
-    assert robot.stands
-    assert robot.clearance > 0.0
+    assert robot.stands and robot.clearance > 0.0
 
 
 @pytest.mark.parametrize("kind", HARMLESS)
-def test_what_does_no_harm_does_not_stop_it(forest, kind) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST)
+def test_what_does_no_harm_does_not_stop_it(forest, robot, kind) -> None:
     commands = driven(forest, robot, BEGIN + 2.0, getattr(Harmless(), kind))
-    assert commands[-1].status == "driving"
-    assert robot.way > 1.5
-    assert robot.clearance > 0.0
+    assert commands[-1].status == "driving" and robot.way > 1.5 and robot.clearance > 0.0
 
 
 def beam_at(beam, value):
@@ -62,25 +65,22 @@ def beam_at(beam, value):
 
 
 @pytest.mark.parametrize("value", [-math.inf, 0.15])
-def test_one_beam_that_errs_for_good_holds_no_robot_and_is_named(forest, value) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST)
+def test_one_beam_that_errs_for_good_holds_no_robot_and_is_named(forest, robot, value) -> None:
     commands = driven(forest, robot, 3.0, beam_at(100, value), begin=0.0)
     assert commands[-1].status == "driving" and robot.way > 1.5 and robot.clearance > 0.0
     ((named, count),) = forest.intake.drop_counts
     assert "beam 100 of lidar 0" in named and count == robot.scans
 
 
-def test_a_beam_that_errs_for_good_ahead_of_the_robot_is_found_out_and_named(forest) -> None:
-    forest.reset()
-    robot, beam = BareRobot(FOREST), 180
+def test_a_beam_that_errs_for_good_ahead_of_the_robot_is_found_out_and_named(forest, robot) -> None:
+    beam = 180
     commands = driven(forest, robot, 30.0, beam_at(beam, 0.6), begin=0.0)
     assert commands[-1].status == "driving" and robot.way > 4.0 and robot.clearance > 0.0
     assert any(command.why.startswith(f"beam {beam} errs: it alone hits") for command in commands)
     assert dict(forest.intake.drop_counts)[f"hits of beam {beam} alone, wherever the robot turned"] == 1
 
 
-def test_scans_whose_number_of_beams_varies_are_driven_by(forest) -> None:
+def test_scans_whose_number_of_beams_varies_are_driven_by(forest, robot) -> None:
     def varying(reading, time):
         scans = [
             replace(scan, ranges=np.append(scan.ranges, scan.ranges[0])) if round(10.0 * time) % 2 else scan
@@ -88,19 +88,8 @@ def test_scans_whose_number_of_beams_varies_are_driven_by(forest) -> None:
         ]
         return reading._replace(scans=scans)
 
-    forest.reset()
-    robot = BareRobot(FOREST)
     commands = driven(forest, robot, 3.0, varying, begin=0.0)
     assert not any(command.why for command in commands) and robot.way > 1.0
-
-
-def test_silence_that_ends_is_forgiven(forest) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST)
-    commands = driven(forest, robot, 5.0, lambda r, t: r._replace(scans=[]) if t < 0.6 else r)
-    assert "braking" in {command.status for command in commands}
-    assert commands[-1].status == "driving"
-    assert robot.speed > 0.5
 
 
 class Hesitating(BareRobot):
@@ -127,7 +116,6 @@ class Hesitating(BareRobot):
 
 @pytest.mark.parametrize("seconds", [0.12, 0.5, 3.0])
 def test_a_base_whose_computer_halts_is_driven_on(forest, seconds) -> None:
-    forest.reset()
     robot = Hesitating(BEGIN, BEGIN + seconds, silent=True)
     commands = driven(forest, robot, BEGIN + seconds + 2.0)
     assert commands[-1].status == "driving" and robot.speed > 0.5 and robot.clearance > 0.0
@@ -136,7 +124,6 @@ def test_a_base_whose_computer_halts_is_driven_on(forest, seconds) -> None:
 
 @pytest.mark.parametrize("seconds", [0.5, 2.5])
 def test_a_base_that_hesitates_is_braked_and_driven_on(forest, seconds) -> None:
-    forest.reset()
     robot = Hesitating(BEGIN, BEGIN + seconds)
     commands = driven(forest, robot, BEGIN + seconds + 4.5)
     said = [command for command in commands if "not executed" in command.why]
@@ -145,7 +132,6 @@ def test_a_base_that_hesitates_is_braked_and_driven_on(forest, seconds) -> None:
 
 
 def test_a_base_that_does_nothing_for_good_stands_until_the_goal_is_given_anew(forest) -> None:
-    forest.reset()
     robot = Hesitating(BEGIN, 20.0)
     commands = driven(forest, robot, 15.0)
     tries = np.flatnonzero(np.diff([command.status == "driving" for command in commands]))
@@ -160,9 +146,8 @@ def test_a_base_that_does_nothing_for_good_stands_until_the_goal_is_given_anew(f
 
 
 @pytest.mark.parametrize("fault", ["odometry_freezes", "odometry_stands"])
-def test_odometry_that_denies_what_the_scans_see_stops_the_robot_for_good(forest, fault) -> None:
-    forest.reset()
-    robot, kind = BareRobot(FOREST), getattr(Faults(), fault)
+def test_odometry_that_denies_what_the_scans_see_stops_the_robot_for_good(forest, robot, fault) -> None:
+    kind = getattr(Faults(), fault)
     driven(forest, robot, BEGIN)
     driven(forest, robot, BEGIN + 2.5, kind)
     assert robot.stands
@@ -173,9 +158,8 @@ def test_odometry_that_denies_what_the_scans_see_stops_the_robot_for_good(forest
     assert robot.stands
 
 
-def test_hits_that_vanish_hold_a_robot_until_it_is_reset(forest) -> None:
-    forest.reset()
-    robot, vanish = BareRobot(FOREST), Faults().scans_without_returns
+def test_hits_that_vanish_hold_a_robot_until_it_is_reset(forest, robot) -> None:
+    vanish = Faults().scans_without_returns
     driven(forest, robot, 2.0 * BEGIN, vanish)
     command = driven(forest, robot, 2.0 * BEGIN + 2.0, vanish)[-1]
     assert robot.stands and "until they return, or a reset" in command.why
@@ -187,7 +171,6 @@ def test_hits_that_vanish_hold_a_robot_until_it_is_reset(forest) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 1.4])
 def test_scans_and_odometry_that_disagree_for_good_are_said_to(forest, share) -> None:
-    forest.reset()
     robot = Slipping(FOREST, share, BEGIN)
     commands = driven(forest, robot, 15.0)
     said = [command.why for command in commands if command.status == "standing"]
@@ -210,9 +193,7 @@ def test_a_slip_that_is_declared_is_allowed_for(declared) -> None:
     assert not any("disagree" in command.why for command in commands) and robot.way > 1.0
 
 
-def test_a_pose_that_jumps_drops_the_goal_and_begins_again_with_another(forest) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST)
+def test_a_pose_that_jumps_drops_the_goal_and_begins_again_with_another(forest, robot) -> None:
 
     def jump(r, t):
         return r._replace(odometry=[row._replace(x=row.x + 0.5) for row in r.odometry])
@@ -229,9 +210,7 @@ def test_a_pose_that_jumps_drops_the_goal_and_begins_again_with_another(forest) 
     assert commands[-1].status == "driving" and robot.clearance > 0.0
 
 
-def test_after_a_gap_the_ramp_begins_at_the_measured_twist(forest) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST)
+def test_after_a_gap_the_ramp_begins_at_the_measured_twist(forest, robot) -> None:
     driven(forest, robot, BEGIN)
     robot.ticks += 25
     slowed = robot.read()
@@ -240,19 +219,11 @@ def test_after_a_gap_the_ramp_begins_at_the_measured_twist(forest) -> None:
     assert abs(command.twist[0] - 0.3) <= FOREST.robot.max_acceleration * robot.period + 1e-9
 
 
-def test_it_reaches_the_goal_and_stands(forest) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST, World("open", (0.0, 0.0, 0.0), (2.5, 0.5), cylinders=np.array([(1.2, -0.6, 0.2)])))
-    commands = driven(forest, robot, 10.0)
-    assert commands[-1].status == "reached" and robot.stands
-    assert math.dist(robot.pose[:2], robot.world.goal) < FOREST.simulation.goal_tolerance
-
-
 def test_a_goal_with_a_heading(forest) -> None:
-    forest.reset()
     robot = BareRobot(FOREST, World("open", (0.0, 0.0, 0.0), (1.5, 0.0), cylinders=np.array([(0.8, -1.0, 0.2)])))
     commands = driven(forest, robot, 12.0, lambda r, t: r._replace(goal=(*robot.world.goal, 2.0)), begin=0.0)
-    assert commands[-1].status == "reached"
+    assert commands[-1].status == "reached" and robot.stands
+    assert math.dist(robot.pose[:2], robot.world.goal) < FOREST.simulation.goal_tolerance
     assert abs(math.remainder(robot.pose[2] - 2.0, math.tau)) < 0.1
 
 
@@ -323,16 +294,13 @@ def test_a_part_that_fails_stops_the_robot() -> None:
 
 
 def test_nothing_has_come_in_yet(forest) -> None:
-    forest.reset()
     command = forest.step(EPOCH)
     assert command.twist.tolist() == [0.0, 0.0] and command.why == "no odometry"
     command = forest.step(EPOCH + 0.02, [], [Odometry(EPOCH + 0.02, 0.0, 0.0, 0.0, 0.0, 0.0)], (1.0, 0.0))
     assert command.why.startswith("no scan")
 
 
-def test_every_scan_is_processed_whatever_the_rates(forest) -> None:
-    forest.reset()
-    robot = BareRobot(FOREST)
+def test_every_scan_is_processed_whatever_the_rates(forest, robot) -> None:
     seen = []
     for _ in range(40):
         now, _, rows, goal, _ = robot.read()

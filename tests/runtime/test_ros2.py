@@ -105,15 +105,9 @@ class Offered:
         ({"age": -5.0}, r"stamps of /scan are 5 s ahead of this computer's clock|4\.\d* s ahead of"),
         ({"cmd_vel": ""}, "nobody listens to /cmd_vel"),
         ({"cmd_vel": "geometry_msgs/Pose"}, r"/cmd_vel is listened to as geometry_msgs/Pose; allowed: geo"),
-        (
-            {"cmd_vel": "geometry_msgs/Twist geometry_msgs/TwistStamped"},
-            "geometry_msgs/Twist and as geometry_msgs/Tw",
-        ),
+        ({"cmd_vel": "geometry_msgs/Twist geometry_msgs/TwistStamped"}, "geometry_msgs/Twist and as geometry_msgs/Tw"),
         ({"other": "geometry_msgs/Twist"}, "another node publishes /cmd_vel; allowed: none"),
-        (
-            {"odom": "geometry_msgs/PoseStamped"},
-            "/odom is published as geometry_msgs/PoseStamped; allowed: nav",
-        ),
+        ({"odom": "geometry_msgs/PoseStamped"}, "/odom is published as geometry_msgs/PoseStamped; allowed: nav"),
         ({"silent": True}, "/scan is published, but no message arrives"),
         ({"latched": True}, "/cmd_vel is listened to with durability transient local"),
         ({"mounts": "other"}, "no transform of /tf_static leads from base_link to laser, the frame of /scan"),
@@ -151,11 +145,6 @@ def test_topics_are_in_the_namespace() -> None:
     assert robot_.absolute("scan") == "/scan"
 
 
-def test_each_lidar_has_a_topic() -> None:
-    with pytest.raises(StarnavError, match="scan names 2 topics; allowed: 1, one of each lidar"):
-        Ros2(load_scenario("room"), scan=["front", "rear"])
-
-
 def test_a_scan_is_as_of_its_last_beam_and_what_is_none_is_passed_on() -> None:
     head = MAKE.Header(stamp=MAKE.Time(sec=7, nanosec=500_000_000))
     fields = {"angle_min": -1.0, "angle_increment": 0.01, "range_min": 0.1, "range_max": 5.0, "time_increment": 0.001}
@@ -190,6 +179,8 @@ def test_loopback_has_no_multicast_and_peers_are_those_of_ros(monkeypatch) -> No
     assert "Peer" not in make_configuration("") and "IgnoreTypeInformation" in make_configuration("")
 
 
-def test_an_interface_that_is_none_is_refused() -> None:
+def test_topics_of_more_lidars_and_an_interface_that_is_none_are_refused() -> None:
+    with pytest.raises(StarnavError, match="scan names 2 topics; allowed: 1, one of each lidar"):
+        Ros2(load_scenario("room"), scan=["front", "rear"])
     with pytest.raises(StarnavError, match="interface nowhere: Cyclone DDS says"):
         Cyclone(7, "nowhere")

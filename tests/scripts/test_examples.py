@@ -27,11 +27,7 @@ LARGEST_PICTURE = 150_000
 """Bytes."""
 TURTLEBOT = Path(os.environ.get("TURTLEBOT3", "/opt/ros/jazzy/share/turtlebot3_description"))
 EXPECTED = {
-    "01_run_a_scenario": [
-        "room at up to 0.8 m/s: reached in",
-        "room at up to 0.4 m/s: reached in",
-        "the shortest path",
-    ],
+    "01_run_a_scenario": [*(f"room at up to {v} m/s: reached in" for v in (0.8, 0.4)), "the shortest path"],
     "02_build_the_diagram": ["reached at", "regions in the roadmap"],
     "03_another_controller": [r"^reached at .* by way of [0-9]+ short-term goals$"],
     "04_fixed_path": [r"^reached at .*; off the path by 0\.[12]\d m in the mean, at most 0\.[3-7]\d m$"],
@@ -45,10 +41,7 @@ EXPECTED = {
     ],
     "08_own_robot": ["^tugbot: reached in", "^starbot: reached in"],
     "09_batch_over_seeds": ["^reached 6 of 6, 0 collisions$"],
-    "10_log_and_plot": [
-        r"^reached at .*; \d+ samples of each port$",
-        r"in the mean; 9\d\.\d% of the commands certified$",
-    ],
+    "10_log_and_plot": [r"^reached at .*; \d+ samples of each port$", r"the mean; 9\d\.\d% of the commands certified$"],
     "11_replay_a_scan_log": [r"^25 scans, \d+ plans; in the end approaching$"],
     "12_record_your_diagram": [r"^[4-9] places visited in 30 s; a page of \d\.\d MB$"],
     "13_plan_with_gcs": [
@@ -57,9 +50,8 @@ EXPECTED = {
     ],
     "14_your_plant_and_an_arm": [r"^reached in \d\.\d s; the arm was bent by at most [12]\d mrad$"],
     "15_other_robots": [
-        "^carrier, .* omega .*: reached the goal in",
-        "^omnibot, .* v_y .*: reached the goal in",
-        "^carbot, .* curvature .*: reached the goal in",
+        f"^{robot}, .* {rate} .*: reached the goal in"
+        for robot, rate in (("carrier", "omega"), ("omnibot", "v_y"), ("carbot", "curvature"))
     ],
     "16_several_robots": [f"^{name}_{k}: reached in" for k, name in enumerate(2 * ("starbot", "jackal", "carrier"), 1)],
     "17_drive_in_mujoco": [r"^0\.[23]\d m from the goal after 2\d\.\d s; 0 contacts$"],
@@ -87,14 +79,8 @@ def run(example: Path, folder: Path, *arguments: str | Path) -> str:
     needs_extras(example)
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     environment["PYTHONPATH"] = str(ROOT)
-    done = subprocess.run(
-        [sys.executable, str(example), *map(str, arguments)],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=HANG,
-    )
+    command = [sys.executable, str(example), *map(str, arguments)]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, done.stderr
     assert not [line for line in done.stderr.splitlines() if COMPILING not in line and not line.startswith("pybullet")]
     return done.stdout

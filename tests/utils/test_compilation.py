@@ -163,11 +163,8 @@ def test_processes_that_begin_at_once_leave_a_cache_that_fits(copy) -> None:
 def test_all_ways_to_import_are_followed(line, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(compilation, "ROOT", tmp_path)
     (tmp_path / "geometry").mkdir()
-    for name, text in (
-        ("__init__", "from drake_starnav.geometry.callee import FACTOR"),
-        ("callee", ""),
-        ("caller", line),
-    ):
+    package = "from drake_starnav.geometry.callee import FACTOR"
+    for name, text in (("__init__", package), ("callee", ""), ("caller", line)):
         (tmp_path / "geometry" / f"{name}.py").write_text(text)
     sources = {Path(path).name for path, *_ in compilation._find_sources(str(tmp_path / "geometry" / "caller.py"))}
     assert {"caller.py", "callee.py"} <= sources

@@ -18,10 +18,7 @@ def test_a_module_beside_the_user_is_found(tmp_path, monkeypatch) -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        (
-            "nowhere_at_all:make",
-            "robot 'nowhere_at_all:make': No module named 'nowhere_at_all'; allowed",
-        ),
+        ("nowhere_at_all:make", "robot 'nowhere_at_all:make': No module named 'nowhere_at_all'; allowed"),
         ("math:hypott", "has no attribute 'hypott'; allowed: module:function"),
         ("math", "allowed: module:function"),
         ("", "allowed: module:function"),
