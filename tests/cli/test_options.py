@@ -40,8 +40,7 @@ def test_a_warning_for_the_user_is_a_line_without_code() -> None:
 
 
 @pytest.mark.parametrize(
-    ("called", "program"),
-    [("/venv/bin/starnav", "starnav"), ("/package/__main__.py", "python -m drake_starnav")],
+    ("called", "program"), [("/venv/bin/starnav", "starnav"), ("/package/__main__.py", "python -m drake_starnav")]
 )
 def test_the_program_has_the_name_it_was_called_by(called: str, program: str, monkeypatch) -> None:
     monkeypatch.setattr(sys, "argv", [called, "forest"])

@@ -118,12 +118,7 @@ def test_table_is_markdown() -> None:
     assert format_markdown_table(("a", "bcd"), [("100", "2")]) == "| a   | bcd |\n| --- | --- |\n| 100 | 2   |"
 
 
-OUTLIERS = {
-    "none": (0.0, 1.0),
-    "rare and large": (0.1, 20.0),
-    "many": (0.35, 3.0),
-    "on the other side": (0.25, 0.05),
-}
+OUTLIERS = {"none": (0.0, 1.0), "rare and large": (0.1, 20.0), "many": (0.35, 3.0), "on the other side": (0.25, 0.05)}
 """Share of the ratios that are multiplied, and the factor."""
 
 

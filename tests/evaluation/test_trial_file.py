@@ -63,6 +63,7 @@ def test_a_file_is_not_overwritten(path: Path) -> None:
     ("change", "words"),
     [
         ({"seed": 4}, "seed 4, now 3"),
+        ({"overrides": ["robot.radius=0.3"]}, "overrides ['robot.radius=0.3'], now []"),
         ({"versions": {**HEADER["versions"], "git": "0123"}}, "git 0123, now"),
         ({"versions": {**HEADER["versions"], "drake": "1.0"}}, "drake 1.0, now"),
         (

@@ -54,10 +54,7 @@ def _no_simulation(monkeypatch) -> None:
 
 @pytest.mark.usefixtures("_no_simulation")
 @pytest.mark.parametrize("in_flight", [1, 3])
-@pytest.mark.parametrize(
-    ("deadly", "errors"),
-    [({}, set()), ({2: 1}, set()), ({0: 99}, {0}), ({7: 99}, {7})],
-)
+@pytest.mark.parametrize(("deadly", "errors"), [({}, set()), ({2: 1}, set()), ({0: 99}, {0}), ({7: 99}, {7})])
 def test_a_crash_costs_a_retry(deadly: dict[int, int], errors: set[int], in_flight: int) -> None:
     left = dict(deadly)
     records = list(run_jobs(JOBS, Pool(lambda: nullcontext(Fragile(left)), in_flight)))
@@ -120,29 +117,6 @@ def test_resuming_a_cut_file_gives_the_same_trials(whole: Path, tiny: Path, tmp_
     assert benchmark(arguments(tiny, cut, "--jobs", "1", "--resume")) == 0
     assert results(cut) == results(whole)
     assert cut.read_bytes().startswith(b"".join(lines[:3]))
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ([], ["not empty", "--resume"]),
-        (["--resume", "--seed", "1001"], ["seed 1000, now 1001"]),
-        (["--resume", "--method", "star_paper"], ["cases tiny star, now tiny star_paper"]),
-        (["--resume", "--set", "robot.radius=0.3"], ["overrides [], now ['robot.radius=0.3']"]),
-        (["--worlds", "3-1"], ["--worlds has '3-1'", "ascending"]),
-        (["--worlds", "all"], ["--worlds is 'all'", "0-149"]),
-        (["--worlds", "0-3"], ["world !Obstacles has no number"]),
-        (["--markdown", "/proc/forbidden/table.md"], ["cannot write /proc/forbidden/table.md"]),
-    ],
-)
-def test_bad_input_exits_with_2_and_loses_nothing(more, words, whole: Path, tiny: Path, capsys) -> None:
-    before = whole.read_bytes()
-    assert benchmark(arguments(tiny, whole, *more)) == 2
-    printed = capsys.readouterr().err
-    assert printed.count("\n") == 1
-    for word in words:
-        assert word in printed
-    assert whole.read_bytes() == before
 
 
 def test_what_cannot_be_tried_is_reported_once(capsys) -> None:

@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
-from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation.run import run_trial
 from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast_rolling
@@ -87,13 +85,6 @@ def test_motion_since_an_older_scan_counts_by_its_share():
     older = compose_poses(pose, 3.0 * np.array(find_pose_in_frame(pose, BEFORE)))
     seen = deskew_scan(scan, older, PERIOD - 3.0 * PERIOD, pose)
     assert seen.ranges == pytest.approx(deskew_scan(scan, BEFORE, 0.0, pose).ranges, nan_ok=True)
-
-
-def test_with_a_slowly_rolling_lidar_the_robot_touches_nothing():
-    slow = ["lidar.rolling=true", "lidar.rate=5", "simulation.timeout=25"]
-    trial = run_trial(load_scenario("maze", overrides=slow), seed=1000)
-    assert trial.outcome in ("reached", "timeout")
-    assert trial.min_clearance_m > 0.0
 
 
 @pytest.mark.parametrize("clockwise", [False, True])

@@ -73,12 +73,7 @@ WITHOUT_DRAKE = {*METHOD.split(), "scenario"}
 
 
 def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:
-    """Line and absolute dotted name of everything that a module imports, at any level.
-
-    Args:
-        tree: the parsed module.
-        module: its dotted name; a package's ends in `.__init__`.
-    """
+    """Line and absolute dotted name of everything that a module, of a dotted name, imports at any level."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name) for alias in node.names)
@@ -91,28 +86,15 @@ def imported_modules(tree: ast.AST, module: str) -> Iterator[tuple[int, str]]:
                 yield node.lineno, source
 
 
-def violations(source: str, module: str, table: dict[str, Room] = TABLE) -> list[str]:
-    """One message for each import that the table does not allow.
-
-    Args:
-        source: text of the module.
-        module: its dotted name; a package's ends in `.__init__`.
-        table: room -> what it may import.
-    """
-    room = module.split(".")[1]
-    if room not in table:
-        return [f"{module}: room {room} is not in the table of {Path(__file__).name}; add a row for it"]
-    allowed_rooms, allowed_packages = {room, *table[room].rooms.split()}, set(table[room].packages.split())
-    found = []
+def violations(source: str, module: str) -> list[str]:
+    """One message for each import of a module, of a text and a dotted name, that the table does not allow."""
+    room, found = module.split(".")[1], []
+    rooms, packages = {room, *TABLE[room].rooms.split()}, set(TABLE[room].packages.split())
     for line, name in imported_modules(ast.parse(source), module):
         top, *rest = name.split(".")
-        if top == PACKAGE:
-            target = rest[0] if rest and rest[0] in table else "__init__"
-            if target not in allowed_rooms:
-                known = table[room].rooms or "no other room"
-                found.append(f"{module}:{line} imports {name}; {room} may import {known}")
-        elif top not in allowed_packages and top not in sys.stdlib_module_names:
-            found.append(f"{module}:{line} imports {name}; {room} may import {table[room].packages or 'no package'}")
+        target = rest[0] if rest and rest[0] in TABLE else "__init__"
+        if target not in rooms if top == PACKAGE else top not in packages | sys.stdlib_module_names:
+            found.append(f"{module}:{line} imports {name}; {room} may import {sorted(rooms)}, {sorted(packages)}")
     return found
 
 

@@ -12,29 +12,26 @@ from drake_starnav.runtime.calibration import calibrate, estimate_drive, estimat
 from drake_starnav.runtime.log import RunLog
 from drake_starnav.runtime.navigator import Command
 from drake_starnav.worlds.world import World
-from tests.helpers.bare_robot import BareRobot, TwoEyes
+from tests.helpers.bare_robot import Slipping, TwoEyes
 
 pytest.importorskip("mcap")
 ROOM = World("room", (0.0, 0.0, 0.0), (3.0, 1.0), bounds=(-2.0, -2.0, 5.0, 3.0), cylinders=np.array([(1.6, 1.4, 0.3)]))
 PERIOD = 1.0 / ControllerParameters().rate
 
 
-class Flawed(BareRobot):
+class Flawed(Slipping):
     """Commands take effect late, wheels lose a share of their speed, scans come late, and the lidar sees two posts.
 
     The ground gives less than the wheels turn, which odometry counts.
     """
 
     def __init__(self, scenario, late=0, slip=0.0, scans_late=0, own=(), ground=0.0) -> None:
-        super().__init__(scenario, ROOM)
-        self.ground = ground
-        self.pending, self.share, self.own = [np.zeros(2)] * late, 1.0 - slip, own
+        super().__init__(scenario, 1.0 - ground, world=ROOM)
+        self.pending, self.kept, self.own = [np.zeros(2)] * late, 1.0 - slip, own
         self.scans_late, self.on_the_way = scans_late, []
 
     def _ranges(self, index):
-        wheels, scale = self.pose, (1.0 - self.ground, 1.0 - self.ground, 1.0)
-        self.pose = wheels * scale
-        ranges, self.pose = super()._ranges(index), wheels
+        ranges = super()._ranges(index)
         for beam in self.own:
             ranges[beam] = 0.2 + 0.002 * math.sin(37.0 * index + beam) if beam < 300 else -math.inf
         return ranges
@@ -46,7 +43,7 @@ class Flawed(BareRobot):
         return reading._replace(scans=arrived)
 
     def drive(self, command) -> None:
-        self.pending.append(command.twist * self.share)
+        self.pending.append(command.twist * self.kept)
         super().drive(Command(self.pending.pop(0), True, "driving", ""))
 
 

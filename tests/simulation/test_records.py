@@ -1,7 +1,6 @@
 """The record and the recording of a run, be it of one robot or of several."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ import pytest
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.loading import parse_scenario
 from drake_starnav.robot import RobotParameters
-from drake_starnav.simulation.records import make_driven_record, make_robots_record, record_comparison
+from drake_starnav.simulation.records import make_robots_record, record_comparison
 from drake_starnav.simulation.robots import RobotTrial
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import make_trial_record
@@ -19,23 +18,6 @@ from tests.helpers.browser import BrowserCamera, browser_missing
 from tests.helpers.camera import floor_to_page, plotted
 
 WORLD = "world: !Obstacles {bounds: [-1, -2, 5, 2], goal: [4, 0]}\nsimulation: {timeout: 0.2}\n"
-SEVERAL = f"""{WORLD}robots:
-  - {{name: round, start: [0, 0, 0], goal: [4, 0]}}
-  - {{name: long, model: carrier, start: [4, 1, 1.57], goals: [[0, 1], [2, -1]]}}
-"""
-
-
-def test_several_are_one_record_and_one_recording(tmp_path) -> None:
-    scenario = parse_scenario(SEVERAL, name="two")
-    record = make_driven_record(scenario, seed=3, html=tmp_path / "two.html")
-    assert [each["robot"] for each in record["robots"]] == ["round", "long"]
-    assert record["min_gap_m"] == record["robots"][0]["min_gap_m"] > 3.0
-    assert json.loads(json.dumps(record)) == record
-    page = (tmp_path / "two.html").read_text(encoding="utf-8")
-    assert "round: timeout after" in page and "2 robots, method star, seed 3" in page
-    assert make_driven_record(scenario, seed=3)["state_hash"] == record["state_hash"]
-    shorter = parse_scenario(SEVERAL, name="two", overrides=["simulation.timeout=0.1"])
-    assert make_driven_record(shorter, seed=3)["state_hash"] != record["state_hash"]
 
 
 @pytest.fixture(scope="module")

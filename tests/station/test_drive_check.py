@@ -12,7 +12,7 @@ from tests.station.test_robot_file import EDITED, JOINTS
 
 SOONEST = 5.0
 """Simulated time within which it is reported, s."""
-WHEEL = '<geometry><cylinder radius="0.06" length="0.03"/></geometry></collision>'
+WHEEL = '<geometry><cylinder radius="0.06" length="0.04"/></geometry></collision>'
 FRICTION = (
     '<drake:proximity_properties><drake:mu_static value="0"/><drake:mu_dynamic value="0"/>'
     "</drake:proximity_properties></collision>"

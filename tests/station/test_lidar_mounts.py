@@ -129,10 +129,7 @@ def test_lidars_that_the_loop_cannot_use_are_refused(model: str) -> None:
         ((*NARROW, "lidar.frame=ahead"), "views that reach 90 degrees to each side"),
         (("lidar.frame=ahead", "lidar.noise=0.05"), "lidar.noise is 0.05 with a lidar at x 0.2.*: one on the axis"),
         (("lidar.frame=ahead", "robot.radius=0.35", "lidar.range_max=0.5"), "lidar.range_max is 0.5 m"),
-        (
-            ("lidar.frame=tilted",),
-            "frame tilted is turned by roll 0, pitch 0.1, .* 5.73 degrees .*; allowed: up to 2",
-        ),
+        (("lidar.frame=tilted",), "frame tilted is turned by roll 0, pitch 0.1, .* 5.73 degrees .*; allowed: up to 2"),
         (("lidar.frame=laser",), "lidar.frame is laser; allowed: .*, lidar, top_laser$"),
         (("lidars=[{frame: lidar}, {frame: laser}]",), r"lidars\[1\].frame is laser; allowed: .*, lidar, top_laser$"),
     ):

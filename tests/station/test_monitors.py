@@ -33,9 +33,7 @@ STEP = 0.005  # of the plant, s
 class Run:
     """A station that is driven by a constant twist under a monitor."""
 
-    def __init__(
-        self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), ground=True, watched=True, footprint=None, told=False, **bars
-    ) -> None:
+    def __init__(self, twist=(SPEED, 0.0), start=(0.0, 0.0, 0.0), footprint=None, told=False, **bars) -> None:
         world = World("test", start, (1.0, 0.0), **bars)
         surfaces = world_geometry.make_surface_world(world)
         builder = DiagramBuilder()
@@ -45,8 +43,8 @@ class Run:
         source = builder.AddSystem(ConstantVectorSource(twist))
         self.monitor = builder.AddSystem(
             CollisionMonitor(
-                robot=self.station.robot_geometries if watched else (),
-                ground=[self.station.ground] if ground else [],
+                robot=self.station.robot_geometries,
+                ground=[self.station.ground],
                 moving_obstacles=self.station.moving_obstacle_geometries,
                 hull=None if surfaces is None else Hull(self.station.robot_interface.base_frame, surfaces),
                 footprint=footprint or ROBOT.shape,

@@ -4,28 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.station import add_station
-from drake_starnav.station.plant import make_simulator
+from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.worlds.world import World
+from tests.station.test_plant import Drive
 
-OPEN = World("open", (1.0, -2.0, 0.5), (5.0, 0.0), bounds=(-20.0, -20.0, 20.0, 20.0))
 
-
-def driven(model: str, twist: tuple[float, ...], *, continuous: bool, time: float = 2.0) -> np.ndarray:
-    """(x, y, yaw, v, omega) of a robot after following a twist from the start for some time."""
-    scenario = parse_scenario(f"{{world: !Forest {{}}, robot: {{model: {model}}}}}", name="drive")
-    builder = DiagramBuilder()
-    station = add_station(builder, OPEN, scenario, continuous=continuous)
-    source = builder.AddSystem(ConstantVectorSource(np.array(twist)))
-    builder.Connect(source.get_output_port(), station.GetInputPort("drive.twist_command"))
-    simulator = make_simulator(builder.Build())
-    simulator.AdvanceTo(time)
-    robot = station.robot_interface
-    return robot.GetOutputPort("localization.state").Eval(robot.GetMyContextFromRoot(simulator.get_context()))
+def driven(model: str, twist: tuple[float, ...], *, continuous: bool) -> np.ndarray:
+    """(x, y, yaw, v, omega) of a robot after following a twist from (1, -2, 0.5) for 2 s."""
+    open_plane = World("open", (1.0, -2.0, 0.5), (5.0, 0.0), bounds=(-20.0, -20.0, 20.0, 20.0))
+    drive = Drive(open_plane, twist, continuous, load_scenario("forest", overrides=[f"robot.model={model}"]).robot)
+    drive.simulator.AdvanceTo(2.0)
+    return drive.state()
 
 
 @pytest.mark.parametrize("continuous", [False, True])
@@ -48,8 +38,7 @@ def test_a_car_drives_a_circle_of_the_commanded_curvature(continuous):
 
 
 @pytest.mark.parametrize(
-    ("model", "twist", "expected"),
-    [("omnibot", (9.0, -9.0, 9.0), (0.8, 2.0)), ("carbot", (0.4, 9.0), (0.4, 0.8))],
+    ("model", "twist", "expected"), [("omnibot", (9.0, -9.0, 9.0), (0.8, 2.0)), ("carbot", (0.4, 9.0), (0.4, 0.8))]
 )
 def test_no_base_drives_turns_or_steers_more_than_it_may(model, twist, expected):
     assert driven(model, twist, continuous=False)[3:] == pytest.approx(expected, rel=0.05)

@@ -13,46 +13,16 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.world import World
+from tests.helpers.robots import casters, joint, link, robot, wheel
 
 JOINTS = ("wheel_left_joint", "wheel_right_joint")
 
 
-def inertial(mass: float, inertia: float) -> str:
-    return (
-        f'<inertial><mass value="{mass}"/>'
-        f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
-    )
-
-
-def ros_urdf() -> str:
-    """A robot as ROS tutorials have it: `base_footprint`, cylinders as wheels, no motors, nothing said of friction."""
-    parts = [
-        '<robot name="plain"><link name="base_footprint"/>',
-        '<joint name="base_joint" type="fixed"><parent link="base_footprint"/><child link="base_link"/>',
-        '<origin xyz="0 0 0.06" rpy="0 0 0"/></joint>',
-        f'<link name="base_link">{inertial(6.0, 0.1)}<collision><origin xyz="0 0 0.06"/>',
-        '<geometry><box size="0.36 0.2 0.08"/></geometry></collision></link>',
-        f'<link name="base_scan">{inertial(0.1, 0.0001)}</link><joint name="scan_joint" type="fixed">',
-        '<parent link="base_link"/><child link="base_scan"/><origin xyz="0 0 0.12" rpy="0 0 0"/></joint>',
-    ]
-    for side, y in (("left", 0.13), ("right", -0.13)):
-        parts.append(
-            f'<link name="wheel_{side}_link">{inertial(0.4, 0.001)}<collision>'
-            '<geometry><cylinder radius="0.06" length="0.03"/></geometry></collision></link>'
-            f'<joint name="wheel_{side}_joint" type="continuous"><parent link="base_link"/>'
-            f'<child link="wheel_{side}_link"/><origin xyz="0 {y} 0" rpy="-1.57 0 0"/><axis xyz="0 0 1"/></joint>'
-        )
-    for end, x in (("front", 0.15), ("rear", -0.15)):
-        parts.append(
-            f'<link name="{end}_caster">{inertial(0.05, 0.0001)}<collision><geometry><sphere radius="0.02"/>'
-            f'</geometry></collision></link><joint name="{end}_caster_joint" type="fixed"><parent link="base_link"/>'
-            f'<child link="{end}_caster"/><origin xyz="{x} 0 -0.04"/></joint>'
-        )
-    return "\n".join((*parts, "</robot>"))
-
-
-EDITED = ros_urdf().replace("base_scan", "lidar")
-"""The one edit that it takes: the lidar's link is called so."""
+EDITED = robot(
+    *(link("base_footprint"), joint("base_link", (0.0, 0.0, 0.06), parent="base_footprint")),
+    *(wheel("wheel_left", 0.0, 0.13), wheel("wheel_right", 0.0, -0.13), casters(0.15, -0.15)),
+).replace('<robot name="small">', '<robot name="plain">')
+"""A robot as ROS tutorials have it: `base_footprint`, cylinders as wheels, no motors, nothing said of friction."""
 
 
 def written(folder: Path, text: str) -> RobotParameters:
@@ -116,8 +86,8 @@ HEIGHT = "0 0 ${0.3 if '$(arg tall)' == 'true' else 0.12}"
 @pytest.mark.filterwarnings("ignore")
 def test_arguments_of_xacro_are_those_of_the_scenario(tmp_path: Path) -> None:
     pytest.importorskip("xacro")
-    text = EDITED.replace('<robot name="plain">', ARGUMENTS).replace('"0 0.13 0"', '"0 $(arg half) 0"')
-    text = text.replace("lidar", "$(arg prefix)lidar").replace("0 0 0.12", HEIGHT)
+    text = EDITED.replace('<robot name="plain">', ARGUMENTS).replace('"0.0 0.13 0.0"', '"0 $(arg half) 0"')
+    text = text.replace("lidar", "$(arg prefix)lidar").replace("0.0 0.0 0.12", HEIGHT)
     robot = written(tmp_path, text)
     arguments = {"half": 0.13, "prefix": "r1_", "tall": True}
     lidar = LidarParameters(frame="r1_lidar")
@@ -169,12 +139,11 @@ def test_wheels_turn_without_end_whatever_their_limits(tmp_path: Path, kind: str
 @pytest.mark.parametrize("name", ["chassis", "r1/base_link", "r1_base_link", "base_footprint", "base_link"])
 @pytest.mark.parametrize("prefixed", [False, True])
 def test_the_base_may_be_called_anything(tmp_path: Path, name: str, prefixed: bool) -> None:
-    text = EDITED.replace('<link name="base_footprint"/>', "")
-    begin, end = text.index('<joint name="base_joint"'), text.index('<link name="base_link">')
-    text = (text[:begin] + text[end:]).replace('"base_link"', f'"{name}"')
+    begin, end = EDITED.index('<link name="base_footprint">'), EDITED.index('<link name="wheel_left">')
+    text = (EDITED[:begin] + EDITED[end:]).replace('"base_link"', f'"{name}"')
     joints = JOINTS
     if prefixed:
-        for part in ("wheel_", "lidar", "scan_joint", "front_caster", "rear_caster"):
+        for part in ("wheel_", "lidar", "caster_"):
             text = text.replace(f'"{part}', f'"r1/{part}')
         joints = ("r1/wheel_left_joint", "r1/wheel_right_joint")
     robot = dataclasses.replace(written(tmp_path, text), wheel_joints=joints)

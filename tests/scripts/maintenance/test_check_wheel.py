@@ -85,10 +85,6 @@ def test_what_a_compiled_wheel_holds_is_not_compiled_again(wheel: Path, tmp_path
     assert {path.relative_to(second) for path in second.rglob("*.nbc")} == held
 
 
-@pytest.mark.skipif(
-    not all((PACKAGE / name).is_file() for name in ("simulation/run.py", "__main__.py")),
-    reason="`python -m drake_starnav simulate` is not there yet",
-)
 def test_drives_the_demo_scenario_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
     arguments = ("simulate", "forest", "--quiet", "--json", tmp_path / "forest.json")
     run("-m", "drake_starnav", *arguments, cwd=tmp_path, python_path=installed)

@@ -8,11 +8,7 @@ from drake_starnav.worlds import PaperRoom, make_world
 
 
 @pytest.mark.parametrize(
-    ("method", "seed"),
-    [
-        ("star", 0),
-        *(pytest.param("star", seed, marks=pytest.mark.slow) for seed in range(1, 10)),
-    ],
+    ("method", "seed"), [("star", 0), *(pytest.param("star", seed, marks=pytest.mark.slow) for seed in range(1, 10))]
 )
 def test_in_the_room_the_robot_enters_the_dead_end_and_leaves_it(method, seed, tmp_path):
     scenario = load_scenario("paper_room", method=method)
