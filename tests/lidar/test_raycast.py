@@ -23,11 +23,7 @@ FAN = Fan.regular(-np.pi, 2.0 * np.pi / BEAMS, BEAMS)
 
 
 def ellipse_rows(ellipses: np.ndarray) -> np.ndarray:
-    """Whole ellipses as rows.
-
-    Args:
-        ellipses: shape (n, 5): x, y, semi-axes p and q, m, bearing of the first semi-axis, rad.
-    """
+    """Whole ellipses, shape (n, 5): x, y, semi-axes p and q, m, bearing of the first semi-axis, rad, as rows."""
     ellipses = np.asarray(ellipses, dtype=float).reshape(-1, 5)
     x, y, p, q, angle = ellipses.T
     u, v = np.cos(angle), np.sin(angle)

@@ -52,10 +52,10 @@ class Drifted(NamedTuple):
         return Drifted(np.array(compose_poses(self.believed, step)), true.copy())
 
 
-def logged(path, scenario, kind="", seconds=3.0):
+def logged(path, scenario, kind="", seconds=3.0, world=POSTS):
     """Write the log of a run; returns its robot."""
     kind_of_robot, mounts = (TwoEyes, TwoEyes.MOUNTS) if len(scenario.all_lidars) == 2 else (BareRobot, None)
-    navigator, robot = Navigator(scenario, mounts=mounts, warm=False), kind_of_robot(scenario, POSTS)
+    navigator, robot = Navigator(scenario, mounts=mounts, warm=False), kind_of_robot(scenario, world)
     log, chance, drifted = RunLog(path, navigator), np.random.default_rng(0), Drifted(robot.pose, robot.pose)
     while robot.time < seconds:
         if "movers" in kind:

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from drake_starnav.utils.compilation import COMPILING
+from tests.project.test_notebooks import NOTEBOOKS, cells
 from tests.project.test_public import PUBLIC_MODULES
 
 ROOT = Path(__file__).parents[2]
@@ -118,23 +119,26 @@ def test_the_table_names_each_example_and_shows_its_picture() -> None:
         assert 5_000 < (page.parent / picture).stat().st_size < LARGEST_PICTURE
 
 
-def imports(example: Path) -> list[ast.ImportFrom]:
-    """All `from ... import ...` of an example."""
-    return [node for node in ast.walk(ast.parse(example.read_text("utf-8"))) if isinstance(node, ast.ImportFrom)]
+CODES = {path.stem: path.read_text(encoding="utf-8") for path in EXAMPLES}
+CODES |= {path.stem: "\n".join(cells(path)) for path in NOTEBOOKS}
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_example_imports_public_names_only(example: Path) -> None:
-    for node in ast.walk(ast.parse(example.read_text(encoding="utf-8"))):
+def imports(code: str) -> list[ast.ImportFrom]:
+    """All `from ... import ...` of a code."""
+    return [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.ImportFrom)]
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_examples_and_notebooks_import_public_names_only(name: str) -> None:
+    for node in ast.walk(ast.parse(CODES[name])):
         if isinstance(node, ast.Import):
             assert not any(alias.name.startswith("drake_starnav.") for alias in node.names)
-    for found in imports(example):
+    for found in imports(CODES[name]):
         if (found.module or "").partition(".")[0] == "drake_starnav":
             assert found.module in PUBLIC_MODULES
             assert {alias.name for alias in found.names} <= set(importlib.import_module(found.module).__all__)
 
 
 def test_the_lidar_example_knows_only_the_lidar() -> None:
-    path = ROOT / "scripts" / "examples" / "lidar_only.py"
-    (own,) = (node for node in imports(path) if node.module == "drake_starnav")
+    (own,) = (node for node in imports(CODES["lidar_only"]) if node.module == "drake_starnav")
     assert {alias.name for alias in own.names} == {"LidarMount", "LidarParameters", "LidarSensor"}

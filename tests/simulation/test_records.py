@@ -12,10 +12,9 @@ from drake_starnav.simulation.records import make_robots_record, record_comparis
 from drake_starnav.simulation.robots import RobotTrial
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import make_trial_record
-from drake_starnav.visualization.plot import draw_moment
 from drake_starnav.visualization.tracks import COLORS
 from tests.helpers.browser import BrowserCamera, browser_missing
-from tests.helpers.camera import floor_to_page, plotted
+from tests.helpers.camera import floor_to_page
 
 WORLD = "world: !Obstacles {bounds: [-1, -2, 5, 2], goal: [4, 0]}\nsimulation: {timeout: 0.2}\n"
 
@@ -57,20 +56,6 @@ def compared(tmp_path_factory):
     html = tmp_path_factory.mktemp("comparison") / "two.html"
     scenarios = {method: parse_scenario(POST, name="post", method=method) for method in METHODS}
     return record_comparison(scenarios, 0, html), html
-
-
-def test_plot_shows_robots_where_logged(compared) -> None:
-    recorded, _ = compared
-    first, second = (motion.at(TIME)[:2] for motion in recorded.motions)
-    assert np.hypot(*(first - second)) > 0.3
-    layers = recorded.visible(TIME)
-    assert len(layers) > 2 * TIME  # trails
-    picture = draw_moment(recorded, TIME)
-    image = np.asarray(picture, dtype=float) / 255.0
-    for motion, color in zip(recorded.motions, COLORS, strict=False):
-        for side in (-0.8, 0.8):
-            place = motion.at(TIME)[:2] + (0.0, side * RADIUS)
-            assert image[plotted(recorded, place, picture)] == pytest.approx(color, abs=0.02)
 
 
 @pytest.mark.slow

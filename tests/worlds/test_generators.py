@@ -1,4 +1,4 @@
-"""Every generated world is solvable, free at both ends, and the same wherever it is made."""
+"""Every generated world is solvable, free at both ends, of its kind, and the same wherever it is made."""
 
 import hashlib
 import math
@@ -27,6 +27,8 @@ from drake_starnav.worlds import (
     make_world,
     split_into_convex_parts,
 )
+from drake_starnav.worlds.generators.corridor import _WIDTH
+from drake_starnav.worlds.generators.maze import _draw_spanning_tree_walls
 
 KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), Corridor(), Crowd(), StopAndGo()]
 KINDS += [PaperForest(), PaperMaze(), PaperRoom()]
@@ -95,3 +97,68 @@ def test_bad_seeds_and_radii_are_refused(seed, radius):
     for kind in (Forest(), Room()):
         with pytest.raises(StarnavError, match="allowed"):
             make_world(kind, seed, radius)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_trees_keep_their_gap_and_leave_both_ends_clear(seed: int) -> None:
+    kind = Forest()
+    world = make_world(kind, seed, 0.25)
+    trees = world.cylinders
+    assert len(trees) <= kind.trees[1] and (trees[:, 2] == kind.radius).all()
+    apart = np.hypot(*(trees[:, None, :2] - trees[None, :, :2]).transpose(2, 0, 1))
+    assert apart[~np.eye(len(trees), dtype=bool)].min() >= 2.0 * kind.radius + kind.gap[0]
+    assert world.start[0] < trees[:, 0].min() - kind.radius and world.goal[0] > trees[:, 0].max() + kind.radius
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_dead_end_lies_between_start_and_goal(seed: int) -> None:
+    world = make_world(Room(), seed, 0.25)
+    dead_end = world.polygons[0]
+    assert len(dead_end) == 8
+    assert world.start[1] < dead_end[:, 1].mean() < world.goal[1]
+    clutter = len(world.polygons) - 1 + len(world.cylinders)
+    assert 3 <= clutter <= 7
+    # its spine is on the goal's side: the two corners of the opening's inner edges are nearer to the start
+    assert np.sort(dead_end[:, 1])[-2:].mean() > dead_end[:, 1].mean()
+
+
+@pytest.mark.parametrize("length", [20.0, 60.0])
+def test_a_smooth_corridor_is_about_as_long_as_its_middle_line(length: float) -> None:
+    world = make_world(Corridor(length=length, fin=0.0), 0, 0.25)
+    found = find_shortest_path(world, 0.25)
+    assert found is not None
+    lanes = len(world.polygons) + 1
+    assert length - 2.0 * lanes * _WIDTH < found[0] <= length
+    assert world.timeout == pytest.approx(60.0 * length / 10.0)
+
+
+def test_fins_stand_in_the_lanes_and_make_the_way_longer() -> None:
+    smooth, winding = (make_world(Corridor(fin=fin), 1, 0.25) for fin in (0.0, 0.4))
+    assert len(winding.polygons) > len(smooth.polygons)
+    ways = [find_shortest_path(world, 0.25) for world in (smooth, winding)]
+    assert ways[0] is not None and ways[1] is not None and ways[1][0] > ways[0][0]
+
+
+@pytest.mark.parametrize("n", [2, 5, 9])
+def test_the_walls_of_a_perfect_maze_leave_one_way_between_any_cells(n: int) -> None:
+    right, upper = _draw_spanning_tree_walls(n, np.random.default_rng(n))
+    assert (~right).sum() + (~upper).sum() == n * n - 1  # the edges of a tree
+    reached, open_ = {(0, 0)}, [(0, 0)]
+    while open_:
+        i, j = open_.pop()
+        ways = [((i + 1, j), i < n - 1 and not right[i, j]), ((i - 1, j), i > 0 and not right[i - 1, j])]
+        ways += [((i, j + 1), j < n - 1 and not upper[i, j]), ((i, j - 1), j > 0 and not upper[i, j - 1])]
+        fresh = [cell for cell, free in ways if free and cell not in reached]
+        reached |= set(fresh)
+        open_ += fresh
+    assert len(reached) == n * n
+
+
+@pytest.mark.parametrize("family", ["cells", "open"])
+def test_start_and_goal_are_at_opposite_sides(family: str) -> None:
+    kind = Maze(family=family)
+    for seed in range(4):
+        world = make_world(kind, seed, 0.25)
+        gap = np.abs(np.array(world.goal) - world.start[:2]).max()
+        assert gap > 0.6 * kind.size
+        assert world.bounds == (0.0, 0.0, kind.size, kind.size)
