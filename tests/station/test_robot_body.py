@@ -1,4 +1,4 @@
-"""A robot's plant covers its footprint, and nothing beyond it: for any shipped robot, radius and polygons."""
+"""A robot's plant covers its footprint, and nothing beyond it, and its wheels can do what is declared."""
 
 import math
 from collections.abc import Iterator
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+import trimesh
 from pydrake.geometry import Box, Convex, Cylinder, Role, Sphere
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
@@ -19,6 +20,8 @@ from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import evaluate_port, make_simulator
 from drake_starnav.worlds.world import World
+from tests.helpers.robots import casters, standing, wheel
+from tests.helpers.robots import robot as make_robot
 
 START = (1.0, -2.0, 0.6)
 WORLD = World("post", START, (5.0, 0.0), cylinders=[(30.0, 0.0, 0.1)])
@@ -44,11 +47,9 @@ def covered_by_plant(robot: RobotParameters) -> shapely.Geometry:
             shadows.append(shapely.Point(*X_WG.translation()[:2]).buffer(shape.radius(), 128))
             continue
         if isinstance(shape, Box):
-            corners = 0.5 * shape.size() * np.array(np.meshgrid(*3 * [(-1, 1)])).reshape(3, -1).T
+            corners = trimesh.creation.box(shape.size()).vertices
         elif isinstance(shape, Cylinder):
-            angle = np.linspace(0.0, 2.0 * math.pi, 400)
-            rim = shape.radius() * np.column_stack((np.cos(angle), np.sin(angle)))
-            corners = np.vstack([np.column_stack((rim, np.full(400, z * shape.length()))) for z in (-0.5, 0.5)])
+            corners = trimesh.creation.cylinder(shape.radius(), shape.length(), sections=400).vertices
         else:
             assert isinstance(shape, Convex)
             hull = shape.GetConvexHull()
@@ -166,3 +167,37 @@ def test_a_robot_does_not_tip_over_wherever_its_body_lies() -> None:
     simulator.AdvanceTo(0.5)
     X_WS = evaluate_port(station.GetOutputPort("lidar.X_WS"), simulator.get_context())
     assert X_WS.rotation().matrix()[2, 2] > 0.9999
+
+
+WINGS = [
+    [[0.16, 1.2], [0.03, 1.2], [0.03, -1.17], [0.16, -1.17]],
+    [[0.69, 0.045], [-0.44, 0.045], [-0.44, -0.15], [0.69, -0.15]],
+]
+"""Wheels that stand within this body are 5 cm apart."""
+CART = make_robot(wheel("left", 0.0, 0.1), wheel("right", 0.0, -0.1), casters(0.15))
+
+
+@pytest.mark.parametrize("body", [{"footprint": WINGS}, {"radius": 0.085}], ids=["between wings", "in a small disc"])
+def test_a_shipped_robot_whose_wheels_come_too_close_to_turn_it_is_refused(body) -> None:
+    """It would turn on where it is certified to have stopped."""
+    robot = RobotParameters(model="carrier", max_yaw_acceleration=3.0, **body)
+    with pytest.raises(StarnavError, match="its wheels turn it with at most [12][.][0-9]+ rad/s"):
+        NavigationStation(WORLD, Scenario("test", None, robot))
+
+
+def test_a_cart_turns_as_its_wheels_grip(tmp_path) -> None:
+    standing(tmp_path, CART, max_yaw_acceleration=4.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('<inertia ixx="0.06" iyy="0.06" izz="0.06"', '<inertia ixx="60" iyy="60" izz="60"'),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><limit effort="0.01" velocity="20"/>'),
+    ],
+    ids=["inertia of a design program", "weak motors"],
+)
+def test_what_keeps_a_cart_from_turning_is_said(tmp_path, old: str, new: str) -> None:
+    assert old in CART
+    with pytest.raises(StarnavError, match="its wheels turn it with at most .*; allowed: .*effort .*inertia"):
+        standing(tmp_path, CART.replace(old, new), max_yaw_acceleration=4.0)

@@ -1,7 +1,9 @@
+import io
 import warnings
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.common import MemoryFile
@@ -174,20 +176,14 @@ def brute_triangles(vertices, triangles, X_GS):
     return best
 
 
-def star_triangles():
-    vertices = np.array([(x, y, z) for z in (-0.5, 0.5) for x, y in _POINTS])
-    quads = [(k, (k + 1) % 10, (k + 1) % 10 + 10, k + 10) for k in range(10)]
-    return vertices, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
-
-
 @pytest.mark.parametrize("moves", [False, True])
 @pytest.mark.parametrize("seed", range(4))
 def test_meshes_agree_with_brute_force_over_triangles(seed, moves):
     rng = np.random.default_rng(seed)
     X_WG, X_WS = random_pose(rng, 0.5), random_pose(rng, 0.1)
     X_WS.set_translation(X_WG.translation() + X_WS.rotation().matrix() @ (0.2 if seed == 0 else 2.0, 0.0, 0.1))
-    vertices, triangles = star_triangles()
-    exact = brute_triangles(1.5 * vertices, triangles, X_WG.inverse() @ X_WS)
+    mesh = trimesh.load(io.StringIO(STAR), file_type="obj", process=False)
+    exact = brute_triangles(1.5 * mesh.vertices, mesh.faces, X_WG.inverse() @ X_WS)
     X_FG = random_pose(rng, 1.0)
     scene = Scene(moving=[(star(1.5), X_FG)]) if moves else Scene((star(1.5), X_WG))
     if moves:
