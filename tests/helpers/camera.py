@@ -58,22 +58,6 @@ def projected(point, position, target):
     return np.array([PANEL_WIDTH + 0.5 * SCENE[0] + column, 0.5 * SCENE[1] - row])
 
 
-def floor_to_page(extent: Extent) -> tuple[np.ndarray, np.ndarray]:
-    """The map from floor to page in the view `top` of a box of the floor: pixels = matrix @ (x, y) + offset.
-
-    Args:
-        extent: the box, as for `camera_pose`.
-
-    Returns:
-        matrix of shape (2, 2), pixels per m, and offset of shape (2,), pixels; from the page's upper left corner.
-    """
-    position, target = camera_pose(extent)
-    scale = 0.5 * SCENE[1] / math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / float(np.linalg.norm(position - target))
-    up = (target - position)[:2] / np.hypot(*(target - position)[:2])  # by as much as the camera is off the vertical
-    matrix = scale * np.array([(up[1], -up[0]), (-up[0], -up[1])])
-    return matrix, np.array([PANEL_WIDTH + 0.5 * SCENE[0], 0.5 * SCENE[1]]) - matrix @ target[:2]
-
-
 def plotted(film: RecordedRun, place: np.ndarray, picture: Image.Image) -> tuple[int, int]:
     """Row and column at which a picture of a whole film by `draw_moment` shows a place (2,) of the floor, W, m."""
     with rc_context({"font.size": TEXT_SIZE}):

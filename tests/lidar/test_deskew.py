@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
 from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
-from drake_starnav.worlds.clearance import compute_clearance
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds import World, compute_clearance
 from tests.helpers.scans import cast_rolling
 
 YARD = World(

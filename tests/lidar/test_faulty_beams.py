@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_starnav import LaserScan, LidarParameters, World
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.faulty_beams import FEWEST_SCANS, FaultyBeams
-from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.worlds.view import scan_from, visible_shapes
-from drake_starnav.worlds.world import World
 
 LIDAR = LidarParameters(noise=0.005)
 ASIDE = Mount(0.2, -0.1, 0.7, True)

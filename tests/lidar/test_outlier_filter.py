@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav import LaserScan, World
 from drake_starnav.lidar.outlier_filter import (
     CONFIRMATIONS,
     CONFIRMING_SCANS,
@@ -18,7 +18,6 @@ from drake_starnav.lidar.outlier_filter import (
     remove_outliers,
 )
 from drake_starnav.lidar.sensor_model import LidarParameters, measure
-from drake_starnav.worlds.world import World
 from tests.helpers.scans import ORIGIN, cast, scattered, seeds
 
 NOTHING = HitHistory()

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav import LaserScan, StarnavError
 from drake_starnav.lidar.scan_log import LoggedScan, read_csv, read_scan_log, restore_scans, write_csv
 from tests.helpers.bags import Bag
 

@@ -8,12 +8,10 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
+from drake_starnav import RobotParameters, StarnavError
 from drake_starnav.models.mesh_file import read_mesh_surfaces
 from drake_starnav.models.model_files import Models, parse_xml
-from drake_starnav.robot import RobotParameters
-from drake_starnav.station.plant import plant_config
-from drake_starnav.station.robot_model import add_robot
+from drake_starnav.station import add_robot, plant_config
 from tests.helpers.robots import joint, link, robot, wheel
 
 LOOK = "<visual>{}<geometry><box size='{}'/></geometry>{}</visual>"

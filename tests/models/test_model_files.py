@@ -11,6 +11,7 @@ from drake_starnav.errors import StarnavError
 from drake_starnav.models.model_files import MOST_LINKS, Models
 from drake_starnav.models.model_folders import FOLDERS
 from tests.models.test_mesh_file import ASCII_STL, BINARY_STL, dae, solid
+from tests.models.test_obj_files import points_of
 
 LINK = '<link name="l"><collision name="c"><geometry>{}</geometry></collision></link>'
 MODEL = '<model name="m"><static>1</static>{}</model>'
@@ -40,8 +41,7 @@ def hulls(root: ElementTree.Element) -> list[tuple[tuple, tuple]]:
     """Least and greatest corner of each mesh to collide with."""
     found = []
     for uri in root.iter("uri"):
-        lines = Path((uri.text or "").removeprefix("file://")).read_text().splitlines()
-        points = np.array([line.split()[1:] for line in lines if line.startswith("v")], float)
+        points = points_of(Path((uri.text or "").removeprefix("file://")))
         found.append((tuple(points.min(axis=0).round(3)), tuple(points.max(axis=0).round(3))))
     return found
 

@@ -5,13 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav import parse_scenario
-from drake_starnav.control import ControllerParameters
-from drake_starnav.runtime import Navigator, read_log
+from drake_starnav import ControllerParameters, World, parse_scenario
+from drake_starnav.runtime import Command, Navigator, read_log
 from drake_starnav.runtime.calibration import calibrate, estimate_drive, estimate_lidar, estimate_mask, select_drive
 from drake_starnav.runtime.log import RunLog
-from drake_starnav.runtime.navigator import Command
-from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import Slipping, TwoEyes
 
 pytest.importorskip("mcap")

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav import Scenario, parse_scenario
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav import LaserScan, Scenario, parse_scenario
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.execution import (
     CommandedVelocity,

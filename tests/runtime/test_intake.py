@@ -6,9 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav import LaserScan, Scenario
+from drake_starnav import LaserScan, LidarParameters, Scenario
 from drake_starnav.lidar.raycast import Fan, Shapes, cast_groups, make_segment_rows
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.runtime import Odometry
 from drake_starnav.runtime.intake import (
     EXTRAPOLATION,

@@ -11,14 +11,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from drake_starnav import StarnavError, load_scenario, parse_scenario
+from drake_starnav import StarnavError, World, load_scenario, parse_scenario
 from drake_starnav.geometry.se2 import compose_poses, find_pose_in_frame
-from drake_starnav.runtime import Navigator, read_log, replay
+from drake_starnav.runtime import Navigator, Reading, read_log, replay
 from drake_starnav.runtime.log import LARGEST_CHUNK, RunLog, decode_scan, encode_scan
-from drake_starnav.runtime.loop import Reading
 from drake_starnav.runtime.ros2_definitions import encode
 from drake_starnav.worlds.view import visible_shapes
-from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import BareRobot, TwoEyes
 
 pytest.importorskip("mcap")

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_starnav import Parts, StarnavError, load_scenario, parse_scenario
+from drake_starnav import Parts, StarnavError, World, load_scenario, parse_scenario
 from drake_starnav.runtime import Navigator, Odometry
 from drake_starnav.worlds.view import scan_from
-from drake_starnav.worlds.world import World
 from tests.helpers.bare_robot import EPOCH, BareRobot, Slipping, TwoEyes
 from tests.helpers.driver_faults import BEGIN, FAULTS, HARMLESS, SLOWER, Faults, Harmless, driven
 

@@ -15,10 +15,8 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav import LaserScan, StarnavError, load_scenario
 from drake_starnav.lidar.mounts import ON_AXIS
-from drake_starnav.loading import load_scenario
 from drake_starnav.runtime import Navigator, drive, read_log, replay
 from drake_starnav.runtime.intake import WITHDRAWN
 from drake_starnav.runtime.ros2 import EMPTY, POSE, Ros2, read_goal, read_odometry, read_scan

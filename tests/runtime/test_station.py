@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 from pydrake.common.value import Value
 
-from drake_starnav import Scenario
+from drake_starnav import LidarParameters, Scenario
 from drake_starnav.lidar.mounts import ON_AXIS, Mount
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.runtime.station import AskedGoal, DriverStation, make_empty_scan
 
 LIDARS = LidarParameters(), LidarParameters(beams=180)

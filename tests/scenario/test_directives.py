@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.robot import RobotParameters
+from drake_starnav import RobotParameters, StarnavError
 from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
 
 DIRECTIVES = """

@@ -5,16 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.control import ControllerParameters
-from drake_starnav.errors import StarnavError
+from drake_starnav import ControllerParameters, LidarParameters, Scenario, StarnavError, World
 from drake_starnav.lidar.mounts import Mount
-from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.scenario.error_budget import evaluate_error_budget
 from drake_starnav.scenario.margins import LARGEST_MARGIN, derive_margins
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.scenario.schema import Scenario
 from drake_starnav.surroundings.erosion import smooth_distances
-from drake_starnav.worlds.world import World
 from tests.helpers.scans import MARGINS, RADIUS, cast
 
 KNOWN = 1.0 / LidarParameters().rate + 1.0 / ControllerParameters().rate

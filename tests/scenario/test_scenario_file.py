@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav import LidarParameters, StarnavError
 from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS, list_scenario_names
 

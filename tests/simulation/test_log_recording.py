@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav import StarnavError, parse_scenario
+from drake_starnav import StarnavError, World, parse_scenario
 from drake_starnav.cli.record import record
 from drake_starnav.simulation.log_recording import record_log
-from drake_starnav.worlds.world import World
 from tests.runtime.test_log import logged
 
 pytest.importorskip("mcap")

@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drake_starnav import StarnavError, make_diagram
 from drake_starnav.cli.simulate import simulate
-from drake_starnav.errors import StarnavError
 from drake_starnav.moving.certificate import ESCAPE, MOVING_MARGIN
-from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.robots import make_worlds_of_robots, run_robots
 

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from drake_starnav.loading import parse_scenario
-from drake_starnav.scenario.margins import derive_margins
+from drake_starnav import World, derive_margins, parse_scenario
 from drake_starnav.simulation.trial import Run, is_goal_occupied
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
-from drake_starnav.worlds.world import World
 
 TOLERANCE, RADIUS = 0.1, 0.3
 

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav.errors import StarnavError
+from drake_starnav import StarnavError, run_trial
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.simulation.run import run_trial
 from tests.station.test_robot_file import EDITED, JOINTS
 
 SOONEST = 5.0

@@ -25,8 +25,7 @@ from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.lidar_mounts import ApplyLidarConfig, LidarConfig, find_mount
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.utils.resources import find_model_path
-from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
-from drake_starnav.worlds.world import World
+from drake_starnav.worlds import World, moving_obstacle_states
 
 FRAMES = {
     "ahead": ("0.2 0 0.08", "0 0 0"),

@@ -15,9 +15,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav import LaserScan, LidarParameters, StarnavError
 from drake_starnav.station.lidar_sensor import LidarMount, LidarSensor
 
 EXACT = LidarParameters(noise=0.0)

@@ -10,12 +10,8 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.robot import RobotParameters
+from drake_starnav import LidarParameters, RobotParameters, Scenario, StarnavError, run_trial
 from drake_starnav.scenario.scenario_file import format_scenario, load_scenario, parse_scenario
-from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import find_omniscient_path
 from drake_starnav.station.model_world import FLOOR_TOLERANCE, add_model, make_world_with_footprints
 from drake_starnav.station.navigation_station import NavigationStation, add_station

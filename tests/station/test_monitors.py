@@ -13,16 +13,12 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_starnav import LidarParameters, RobotParameters, Scenario, World, make_simulator
 from drake_starnav.geometry.footprint import disc, footprint
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station import world_geometry
 from drake_starnav.station.monitors import CollisionMonitor, Hull, find_contact, name_body
 from drake_starnav.station.navigation_station import NavigationStation, add_station
-from drake_starnav.station.plant import make_simulator
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
-from drake_starnav.worlds.world import World
 
 ROBOT = RobotParameters()
 TOUCHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition

@@ -5,8 +5,7 @@ import pytest
 
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.station.moving_bodies import MOVING_OBSTACLES
-from drake_starnav.worlds import Crowd, DynaBarn, make_world
-from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
+from drake_starnav.worlds import Crowd, DynaBarn, make_world, moving_obstacle_states
 from tests.station.test_navigation_station import Drive
 
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_starnav.lidar.sensor_model import LidarParameters
+from drake_starnav import LidarParameters, World
 from drake_starnav.scenario.schema import DriveParameters, LocalizationParameters, Scenario
 from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
 STEADY_ERROR = (6e-4, 1.2e-3)

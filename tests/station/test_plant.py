@@ -8,17 +8,11 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation import make_diagram
-from drake_starnav.robot import RobotParameters
+from drake_starnav import LidarParameters, RobotParameters, Scenario, StarnavError, World, make_diagram, run_trial
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.run import run_trial
 from drake_starnav.station.navigation_station import add_station
 from drake_starnav.station.plant import DISCRETE_ONLY, advance, make_plant_config, make_simulator, plant_config
 from drake_starnav.station.robot_geometry import LONGEST_STEP
-from drake_starnav.worlds.world import World
 from tests.helpers.cart import cart_scenario
 
 LIDAR = LidarParameters(beams=36)

@@ -8,9 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_starnav import World, make_simulator
-from drake_starnav.scenario.margins import derive_margins
-from drake_starnav.scenario.schema import Scenario
+from drake_starnav import Scenario, World, derive_margins, make_simulator
 from drake_starnav.station.navigation_station import add_station
 from tests.helpers.cart import cart_scenario
 

@@ -13,13 +13,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.loading import load_scenario
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import Scenario
+from drake_starnav import RobotParameters, Scenario, StarnavError, World, load_scenario
 from drake_starnav.station.navigation_station import NavigationStation, add_station
 from drake_starnav.station.plant import evaluate_port, make_simulator
-from drake_starnav.worlds.world import World
 from tests.helpers.robots import casters, standing, wheel
 from tests.helpers.robots import robot as make_robot
 

@@ -12,16 +12,11 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.navigation import Parts, add_navigation
+from drake_starnav import CollisionMonitor, LidarParameters, Parts, StarnavError, World, add_navigation
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.station.monitors import CollisionMonitor
-from drake_starnav.station.plant import plant_config
+from drake_starnav.station import add_robot, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
-from drake_starnav.station.robot_model import add_robot
 from drake_starnav.utils.resources import find_model_path
-from drake_starnav.worlds.world import World
 
 SCENARIO = parse_scenario("world: !Obstacles {}\nlidar: {beams: 72, noise: 0}", name="own plant")
 FRICTION = CoulombFriction(0.5, 0.5)

@@ -5,14 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_starnav import load_scenario
-from drake_starnav.errors import StarnavError
-from drake_starnav.robot import RobotParameters
+from drake_starnav import NavigationStation, RobotParameters, Scenario, StarnavError, World, load_scenario
 from drake_starnav.scenario.scenario_file import format_scenario, parse_scenario
-from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.utils.resources import find_model_path
-from drake_starnav.worlds.world import World
 from tests.helpers.robots import robot, wheel
 
 SHELL = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.robot import RobotParameters
+from drake_starnav import RobotParameters, StarnavError
 from tests.helpers.robots import WHEEL, casters, driven, joint, link, robot, standing, wheel
 
 

@@ -6,12 +6,8 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from drake_starnav.loading import parse_scenario
-from drake_starnav.scenario.schema import Scenario
-from drake_starnav.simulation.run import run_trial
+from drake_starnav import NavigationStation, Scenario, World, parse_scenario, run_trial
 from drake_starnav.station.model_world import make_world_with_footprints
-from drake_starnav.station.navigation_station import NavigationStation
-from drake_starnav.worlds.world import World
 from tests.helpers.robots import casters, joint, link, robot, wheel
 
 

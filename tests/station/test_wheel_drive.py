@@ -6,12 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.robot import RobotParameters
+from drake_starnav import RobotParameters, World
 from drake_starnav.station.plant import add_plant
 from drake_starnav.station.robot_geometry import Drive, RobotModel
 from drake_starnav.station.robot_model import WHEEL_GAIN
 from drake_starnav.station.wheel_drive import SLIP_PERIOD, WheelServo, WheelSlip, WheelSpeedCommand, draw_wheel_shares
-from drake_starnav.worlds.world import World
 
 FAST = RobotParameters(max_speed=10.0, max_yaw_rate=10.0)
 sizes = st.floats(0.01, 2.0)
@@ -22,14 +21,10 @@ DESIRED = np.array((0.0, 0.0, 0.0, 3.0, 3.0, -2.0))
 WHEELS = ("left_wheel", "right_wheel")
 
 
-def two_wheels(radius: float, track: float) -> Drive:
-    """The left and the right wheel of a differential drive."""
-    return Drive((radius, radius), (-0.5 * track, 0.5 * track))
-
-
-def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
+def wheel_speeds(v: float, omega: float, robot=FAST, wheel_radius: float = 0.05, track: float = 0.32) -> np.ndarray:
     """Desired state of the actuators for a twist, through a context."""
-    system = WheelSpeedCommand(robot=FAST, drive=two_wheels(wheel_radius, track))
+    wheels = Drive((wheel_radius, wheel_radius), (-0.5 * track, 0.5 * track))
+    system = WheelSpeedCommand(robot=robot, drive=wheels)
     context = system.CreateDefaultContext()
     system.GetInputPort("twist_command").FixValue(context, [v, omega])
     return system.GetOutputPort("desired_state").Eval(context)
@@ -37,7 +32,7 @@ def wheel_speeds(v: float, omega: float, wheel_radius: float = 0.05, track: floa
 
 @given(v=speeds, omega=speeds, wheel_radius=sizes, track=sizes)
 def test_wheels_that_roll_at_these_speeds_make_the_twist(v, omega, wheel_radius, track) -> None:
-    *angles, left, right = wheel_speeds(v, omega, wheel_radius, track)
+    *angles, left, right = wheel_speeds(v, omega, FAST, wheel_radius, track)
     assert angles == [0.0, 0.0]
     assert 0.5 * wheel_radius * (left + right) == pytest.approx(v, abs=1e-9)
     assert wheel_radius * (right - left) / track == pytest.approx(omega, abs=1e-8)
@@ -45,10 +40,7 @@ def test_wheels_that_roll_at_these_speeds_make_the_twist(v, omega, wheel_radius,
 
 @given(v=st.floats(-1e3, 1e3), omega=st.floats(-1e3, 1e3))
 def test_no_twist_beyond_the_limits_reaches_the_wheels(v, omega) -> None:
-    system = WheelSpeedCommand(robot=RobotParameters(), drive=two_wheels(0.05, 0.32))
-    context = system.CreateDefaultContext()
-    system.GetInputPort("twist_command").FixValue(context, [v, omega])
-    _, _, left, right = system.GetOutputPort("desired_state").Eval(context)
+    _, _, left, right = wheel_speeds(v, omega, RobotParameters())
     driven = 0.025 * (left + right), 0.05 * (right - left) / 0.32
     assert driven == pytest.approx((min(max(v, -0.8), 0.8), min(max(omega, -2.0), 2.0)))
 

@@ -12,12 +12,8 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import Scenario
+from drake_starnav import LidarParameters, NavigationStation, RobotParameters, Scenario, StarnavError, World
 from drake_starnav.station import world_geometry
-from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.station.world_geometry import (
     MOST_LOOKS,
     MOST_POLYGONS,
@@ -27,7 +23,6 @@ from drake_starnav.station.world_geometry import (
 )
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 from drake_starnav.worlds.outlines import place
-from drake_starnav.worlds.world import World
 from tests.helpers.scans import cast
 
 LIDAR_HEIGHT = 0.13  # of the shipped robot, m

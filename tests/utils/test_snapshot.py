@@ -5,9 +5,8 @@ import copy
 import numpy as np
 from pydrake.common.value import Value
 
-from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav import LaserScan, World
 from drake_starnav.utils.snapshot import snapshot
-from drake_starnav.worlds import World
 
 
 @snapshot

@@ -4,11 +4,8 @@ import math
 
 import pytest
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.robot import RobotParameters
-from drake_starnav.simulation.monitors import ArrivalMonitor
-from drake_starnav.systems.jump_guard import JumpGuard
-from drake_starnav.systems.state_predictor import StatePredictor
+from drake_starnav import ArrivalMonitor, RobotParameters, StarnavError
+from drake_starnav.systems import JumpGuard, StatePredictor
 from drake_starnav.utils.timing import check_period, is_new_run
 
 SYSTEMS = {

@@ -11,12 +11,8 @@ from drake_starnav.worlds.world import World
 WORLD = World("open", (0, 0, 0), (1.2345, -0.5678), bounds=(-1.0, -2.0, 6.0, 2.0))
 
 
-@pytest.fixture
-def meshcat() -> Meshcat:
-    return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-
-
-def test_the_goal_is_the_worlds_until_a_slider_moves(meshcat) -> None:
+def test_the_goal_is_the_worlds_until_a_slider_moves() -> None:
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     system = SliderGoal(WORLD.goal, add_goal_sliders(meshcat, WORLD), period=0.1)
     simulator = Simulator(system)
     port = system.GetOutputPort("goal")

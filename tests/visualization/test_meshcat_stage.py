@@ -8,15 +8,12 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav.robot import RobotParameters
-from drake_starnav.scenario.schema import Scenario
-from drake_starnav.station.navigation_station import NavigationStation
+from drake_starnav import NavigationStation, RobotParameters, Scenario, World
 from drake_starnav.station.robot_geometry import read_floor_contact
 from drake_starnav.station.world_geometry import add_ground
 from drake_starnav.visualization.meshcat_stage import show_collision_shapes
 from drake_starnav.visualization.meshes import SHELL_COLOR
 from drake_starnav.visualization.recorder import find_robot_frames
-from drake_starnav.worlds import World
 from tests.station.test_robot_file import EDITED, JOINTS
 
 POST = """<sdf version="1.7"><model name="posts"><static>true</static><link name="l">

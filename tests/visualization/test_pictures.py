@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from drake_starnav.loading import parse_scenario
-from drake_starnav.simulation.run import run_trial
+from drake_starnav import Recorder, parse_scenario, run_trial
 from drake_starnav.visualization.pictures import FINAL_PAUSE, choose_picture_times, write_gif, write_mp4
-from drake_starnav.visualization.recorder import Recorder
 
 RATE = 10
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"

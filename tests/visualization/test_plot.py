@@ -7,14 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drake_starnav import Recorder, RobotParameters, StarnavError, run_trial
 from drake_starnav.cli.record import record
-from drake_starnav.errors import StarnavError
-from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.simulation.run import run_trial
 from drake_starnav.visualization.meshes import LAYERS, select_layers
 from drake_starnav.visualization.plot import ON_TOP, draw_moment_figure, write_figure
-from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.visualization.world_figure import render_figure
 
 TEXT = "world: !Obstacles {bounds: [-1, -2, 5, 2], cylinders: [[1.5, 0.1, 0.3]], goal: [3.5, 0.0]}\n"

@@ -9,12 +9,11 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_starnav import KeepOut, SpeedZone, World
 from drake_starnav.planning.roadmap import refit_regions
 from drake_starnav.planning.route import Route
-from drake_starnav.safety import KeepOut, SpeedZone
 from drake_starnav.scenario.schema import RecordingParameters
 from drake_starnav.visualization.star_roadmap_visualizer import NODE_RADIUS, SCAN_POINTS, SPACING, StarRoadmapVisualizer
-from drake_starnav.worlds.world import World
 from tests.helpers.mounts import CORNERS, looks
 from tests.helpers.recorded_drive import ROBOT, Replay, run_log
 from tests.helpers.scans import MARGINS

@@ -13,21 +13,17 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_starnav.navigation import Navigation
+from drake_starnav import Navigation, Recorder, World
 from drake_starnav.scenario.scenario_file import parse_scenario
-from drake_starnav.station.plant import plant_config
+from drake_starnav.station import add_robot, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
-from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR, add_ground
 from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
 from drake_starnav.visualization.page import Caption
 from drake_starnav.visualization.plot import draw_moment
-from drake_starnav.visualization.recorder import Recorder
 from drake_starnav.visualization.timeline import RecordedRun, Shape, Solid, Track
-from drake_starnav.worlds.world import World
-from tests.helpers.browser import BrowserCamera, browser_missing
-from tests.helpers.camera import floor_to_page, plotted
+from tests.helpers.camera import plotted
 
 
 @pytest.fixture
@@ -107,12 +103,6 @@ def recorded(tmp_path_factory):
     return recorder
 
 
-def shade(picture, place) -> np.ndarray:
-    matrix, offset = floor_to_page(WORLD.extent)
-    column, row = np.round(matrix @ np.array(place) + offset).astype(int)
-    return np.asarray(picture.convert("RGB"), dtype=float)[row, column] / 255.0
-
-
 @pytest.mark.parametrize("time", [0.0, 1.0, DURATION])
 def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
     picture = draw_moment(recorded.recorded, time)
@@ -125,16 +115,6 @@ def test_still_shows_own_bodies_in_place(recorded, time: float) -> None:
     ):
         assert image[plotted(recorded.recorded, place, picture)] == pytest.approx(color, abs=0.02)
     assert recorded.recorded.motions[0].at(time)[:2] == pytest.approx((SPEED * time, 0.0), abs=0.05)
-
-
-@pytest.mark.slow
-def test_browser_shows_own_bodies_in_colour(recorded) -> None:
-    if browser_missing() is not None:
-        pytest.skip(f"there is no {browser_missing()}")
-    with BrowserCamera(recorded._html) as camera:
-        picture = camera.picture(1.0)
-    assert shade(picture, PLACES["floor"]) == pytest.approx(1.0, abs=0.03)
-    assert shade(picture, PLACES["rack"]) == pytest.approx(BLUE, abs=0.15)
 
 
 def test_turned_and_hollow_shapes() -> None:

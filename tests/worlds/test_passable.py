@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
+from drake_starnav import StarnavError, World
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.outlines import make_rectangle
 from drake_starnav.worlds.passable import has_passage
 from drake_starnav.worlds.shortest_path import compute_capsule_distance, make_capsules
 from drake_starnav.worlds.solvable import check_reachable, find_leg
-from drake_starnav.worlds.world import World
 
 CARRIER = footprint(((0.4, -0.25), (0.4, 0.25), (-0.4, 0.25), (-0.4, -0.25)))
 

@@ -7,11 +7,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
+from drake_starnav import StarnavError, World
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.worlds.outlines import make_rectangle, place
 from drake_starnav.worlds.solvable import Drawn, check_ends, check_free, check_reachable, find_leg, is_free
-from drake_starnav.worlds.world import World
 
 
 class Gate(Drawn):

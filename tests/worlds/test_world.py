@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_starnav.errors import StarnavError
-from drake_starnav.worlds import World
+from drake_starnav import StarnavError, World
 
 HERE, THERE = (0.0, 0.0, 0.0), (5.0, 0.0)
 

@@ -38,9 +38,8 @@ def test_failures_the_median_and_the_worst_success_are_chosen() -> None:
     records += [record(trial=5, outcome="timeout"), record(trial=6, outcome="collision")]
     records += [record(trial=7, outcome="error"), record(trial=8, outcome="unsupported")]
     chosen = choose_trials(make_results([header], records))
-    assert [(c.record["trial"], c.reason) for c in chosen] == [
-        (5, "timeout"), (6, "collision"), (2, "median success"), (1, "worst success"),
-    ]  # fmt: skip
+    expected = [(5, "timeout"), (6, "collision"), (2, "median success"), (1, "worst success")]
+    assert [(c.record["trial"], c.reason) for c in chosen] == expected
 
 
 def test_recordings_are_of_the_same_runs_and_failures_are_limited(trials: Path) -> None:

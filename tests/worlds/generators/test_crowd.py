@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.scenario.scenario_file import load_scenario
-from drake_starnav.worlds import Crowd, StopAndGo, World, compute_clearance, make_world
+from drake_starnav.worlds import Crowd, StopAndGo, World, compute_clearance, make_world, moving_obstacle_states
 from drake_starnav.worlds.generators.crowd import draw_wandering_path
-from drake_starnav.worlds.moving_obstacles import moving_obstacle_states
 
 RADIUS = 0.25
 TIMES = np.arange(0.0, 200.0, 0.05)
