@@ -22,14 +22,15 @@ REACHED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
 
 def verdict(
-    position=FAR, speed=(0.0, 0.0), status: PlannerStatus | None = PlannerStatus.EXPLORING, radius=1.0
+    position=FAR, speed=(0.0, 0.0), status: PlannerStatus | None = PlannerStatus.EXPLORING, radius=1.0, reached=()
 ) -> str | None:
     """The message that ends the run, None if it goes on; `status` None leaves the port unconnected."""
-    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, footprint=disc(radius))
+    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, footprint=disc(radius), goals=len(reached))
     simulator = Simulator(monitor)
     context = simulator.get_mutable_context()
     monitor.GetInputPort("state").FixValue(context, [*position, 0.5, *speed])
-    monitor.GetInputPort("goal").FixValue(context, GOAL)
+    name, value = ("reached", reached) if reached else ("goal", GOAL)
+    monitor.GetInputPort(name).FixValue(context, value)
     if status is not None:
         monitor.GetInputPort("status").FixValue(context, Value(status))
     result = simulator.AdvanceTo(0.1)
@@ -57,13 +58,7 @@ def test_unreachable_ends_the_run_only_once_the_robot_stands() -> None:
 
 @pytest.mark.parametrize(("times", "said"), [((1.0, math.nan), None), ((1.0, 2.0), "reached")])
 def test_of_several_goals_all_are_to_be_reached(times: tuple[float, float], said: str | None) -> None:
-    monitor = ArrivalMonitor(tolerance=0.3, period=0.02, goals=2)
-    simulator = Simulator(monitor)
-    context = simulator.get_mutable_context()
-    monitor.GetInputPort("state").FixValue(context, [*GOAL, 0.0, 0.0, 0.0])
-    monitor.GetInputPort("reached").FixValue(context, times)
-    result = simulator.AdvanceTo(0.1)
-    assert (result.message() if result.reason() == REACHED else None) == said
+    assert verdict(GOAL, status=None, reached=times) == said
 
 
 @pytest.mark.parametrize(

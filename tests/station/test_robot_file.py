@@ -46,20 +46,6 @@ def test_joints_that_are_no_wheels_are_held_still_and_motors_ignored(tmp_path: P
     assert station.plant.num_actuators() == 2 and station.plant.num_velocities() == 6 + 2
 
 
-@pytest.mark.parametrize(
-    ("joints", "said"),
-    [
-        (("wheel_left_joint", "port"), "no joint port about y or -y; allowed: robot.wheel_joints: .* wheel_left_j"),
-        (("wheel_left_joint", ""), "no joint on one side about y"),
-        (("wheel_right_joint", "wheel_left_joint"), "y -0.13, 0.13 m of base_link; allowed: .* left ones at"),
-    ],
-)
-def test_wheels_that_are_named_must_be_there(tmp_path: Path, joints: tuple[str, str], said: str) -> None:
-    robot = dataclasses.replace(written(tmp_path, EDITED), wheel_joints=joints)
-    with pytest.raises(StarnavError, match=said):
-        standing(robot)
-
-
 def test_what_is_not_shown_is_said_and_what_does_not_collide_is_refused(tmp_path: Path) -> None:
     mesh = '<geometry><mesh filename="package://away/shell.dae"/></geometry>'
     visual, collision = (

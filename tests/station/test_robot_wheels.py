@@ -124,7 +124,9 @@ def test_what_wheels_roll_on_is_no_part_of_the_robot(tmp_path: Path) -> None:
     [
         (("l_0 l_1", "r_0 r_1"), None),
         (("l_0", "r_1"), "lie at x 0.13, -0.13, y 0.13, -0.13 m"),
-        (("l_0 l_9", "r_0 r_1"), "no joint l_9_joint about y or -y"),
+        (("l_0 l_9", "r_0 r_1"), "no joint l_9_joint about y or -y; allowed: robot.wheel_joints: .* l_0_joint"),
+        (("l_0", ""), "no joint on one side about y"),
+        (("r_0", "l_0"), "y -0.13, 0.13 m of base_link; allowed: .* left ones at"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:robot model .* joints held still")

@@ -46,9 +46,11 @@ def test_yaml_never_runs_code(tag: str, tmp_path: Path) -> None:
     assert not [*tmp_path.iterdir()]
 
 
-def test_numbers_are_those_of_yaml_1_2() -> None:
-    assert load_yaml("[-.25, +.5, .5, 1e-3, -.2e1, 1., -0.25]", "x") == [-0.25, 0.5, 0.5, 1e-3, -2.0, 1.0, -0.25]
-    assert load_yaml("[a.5, -., ., -.x]", "x") == ["a.5", "-.", ".", "-.x"]
+@pytest.mark.parametrize("loader", [PlainLoader, Loader])
+def test_numbers_are_those_of_yaml_1_2(loader: type) -> None:
+    text = "[-.25, +.5, .5, 1e-3, -.2e1, 1., -0.25, 1.5E-1, .2e0, +1_0e-2]"
+    assert load_yaml(text, "x", loader) == [-0.25, 0.5, 0.5, 1e-3, -2.0, 1.0, -0.25, 0.15, 0.2, 0.1]
+    assert load_yaml("[a.5, -., ., -.x]", "x", loader) == ["a.5", "-.", ".", "-.x"]
 
 
 @pytest.mark.parametrize("loader", [PlainLoader, Loader])
