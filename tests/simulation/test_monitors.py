@@ -8,11 +8,10 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_starnav import Parts, World, add_navigation
+from drake_starnav import Parts, World, add_navigation, parse_scenario
 from drake_starnav.geometry.footprint import disc
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.station.monitors import CollisionMonitor
 

@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_starnav import StarnavError, make_diagram
+from drake_starnav import StarnavError, load_scenario, make_diagram, parse_scenario
 from drake_starnav.cli.simulate import simulate
 from drake_starnav.moving.certificate import ESCAPE, MOVING_MARGIN
-from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.simulation.robots import make_worlds_of_robots, run_robots
 
 WORLD = "world: !Obstacles {bounds: [-1, -1.5, 5, 1.5]}\nlidar: {range_max: 10.0}\nrobot: {max_speed: 0.5}\n"

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_starnav import StarnavError, run_trial
-from drake_starnav.scenario.scenario_file import load_scenario
+from drake_starnav import StarnavError, load_scenario, run_trial
 from tests.station.test_robot_file import EDITED, JOINTS
 
 SOONEST = 5.0

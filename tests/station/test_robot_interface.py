@@ -12,8 +12,7 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_starnav import CollisionMonitor, LidarParameters, Parts, StarnavError, World, add_navigation
-from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav import CollisionMonitor, LidarParameters, Parts, StarnavError, World, add_navigation, parse_scenario
 from drake_starnav.station import add_robot, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.utils.resources import find_model_path

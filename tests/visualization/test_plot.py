@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_starnav import Recorder, RobotParameters, StarnavError, run_trial
+from drake_starnav import Recorder, RobotParameters, StarnavError, parse_scenario, run_trial
 from drake_starnav.cli.record import record
-from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.visualization.meshes import LAYERS, select_layers
 from drake_starnav.visualization.plot import ON_TOP, draw_moment_figure, write_figure
 from drake_starnav.visualization.world_figure import render_figure

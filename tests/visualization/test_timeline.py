@@ -13,8 +13,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_starnav import Navigation, Recorder, World
-from drake_starnav.scenario.scenario_file import parse_scenario
+from drake_starnav import Navigation, Recorder, World, parse_scenario
 from drake_starnav.station import add_robot, plant_config
 from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.world_geometry import OBSTACLE_COLOR, add_ground
