@@ -26,7 +26,6 @@ from drake_starnav.robot.motion import (
     is_sliding,
     limit_to_grip,
     predict_pose,
-    ramp_value,
     ramp_velocity,
     roll_out,
 )
@@ -125,17 +124,6 @@ def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
     assert (after.ahead, pose.x) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))
 
 
-def test_sideways_it_speeds_up_and_brakes_as_it_does_ahead() -> None:
-    velocities = list(itertools.product((-1.0, 0.0, 1.0), repeat=2))
-    for now, target in itertools.product(velocities, repeat=2):
-        for one, other in zip(
-            ramp_velocity(Velocity(*now, 0.5), Velocity(*target, -0.5), 0.1, ROBOT.limits),
-            ramp_velocity(Velocity(*now[::-1], 0.5), Velocity(*target[::-1], -0.5), 0.1, ROBOT.limits),
-            strict=True,
-        ):
-            assert (one.ahead, one.aside, one.turning) == pytest.approx((other.aside, other.ahead, other.turning))
-
-
 def test_the_speed_of_a_velocity_is_its_size_with_the_sign_of_that_ahead() -> None:
     for ahead, aside in itertools.product((-2.0, -1.0, 1.0), (-2.0, -1.0, 0.0, 1.0, 2.0)):
         speed, rate = body_rates(Velocity(ahead, aside, 0.5), ROBOT.limits)
@@ -163,10 +151,6 @@ def test_nothing_is_guaranteed_before_the_first_command() -> None:
     np.testing.assert_array_equal(none.path, np.zeros((1, 3)))
     with pytest.raises(AttributeError):
         none.certified = True
-
-
-def test_a_value_is_ramped_to_its_target_and_no_farther() -> None:
-    assert [ramp_value(1.0, x, 0.5) for x in (0.0, 1.2, 9.0)] == [0.5, 1.2, 1.5]
 
 
 @given(st.integers(0, 10**6))
