@@ -164,16 +164,13 @@ def test_a_jump_is_taken_back(offset):
     assert math.hypot(*(known.correct_pose(believed)[:2] - poses[-1, :2])) < 0.03
 
 
-def test_lost_beams_cost_little():
-    error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
-    known, believed = driven(ROOM, poses, error, 2, lost=0.3)
-    assert math.hypot(*find_pose_in_frame(poses[-1], known.correct_pose(believed))[:2]) < 0.03
+LOOKS_AHEAD = {"beams": 241, "angle_min": -2.0 * math.pi / 3.0, "angle_increment": math.pi / 180.0}
 
 
-def test_a_lidar_that_looks_ahead_only_corrects_as_well():
-    ahead = {"beams": 241, "angle_min": -2.0 * math.pi / 3.0, "angle_increment": math.pi / 180.0}
-    error, poses = OdometryError(0.05, 0.0, NOISE), circling(2)
-    known, believed = driven(ROOM, poses, error, 6, **ahead)
+@pytest.mark.parametrize("lidar", [{"lost": 0.3}, LOOKS_AHEAD], ids=["lost beams", "looks ahead only"])
+def test_a_lidar_that_sees_less_corrects_as_well(lidar):
+    poses = circling(2)
+    known, believed = driven(ROOM, poses, OdometryError(0.05, 0.0, NOISE), 6, **lidar)
     assert abs(find_pose_in_frame(poses[-1], believed)[2]) > math.radians(30.0)
     off = find_pose_in_frame(poses[-1], known.correct_pose(believed))
     assert math.hypot(*off[:2]) < 0.05 and abs(off[2]) < math.radians(1.0)

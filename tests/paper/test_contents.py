@@ -7,12 +7,10 @@ from pathlib import Path
 
 import pytest
 
-import drake_starnav.paper
 from drake_starnav.paper import choices
 from drake_starnav.paper.contents import ENTRIES, Entry
 
 ROOT = Path(__file__).parents[2]
-ROOM = Path(drake_starnav.paper.__file__).parent
 PAGE = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
 READINGS = {"FRONTIER_BEARING": "frontier_points", "NEAREST_VECTOR": "blend", "FOLLOW_VECTOR": "pid"}
 """Choices that are functions, and the module that names the one in use."""
@@ -48,14 +46,3 @@ def test_the_page_lists_each_choice_as_the_code_has_it() -> None:
             assert getattr(module, name.lower()) is getattr(module, choice.value)
         elif not isinstance(choice.value, str):
             assert getattr(choices, name) == choice.value
-
-
-def test_its_name_stands_outside_its_room_only_in_the_list_of_methods() -> None:
-    package = ROOM.parent
-    named = {
-        path.relative_to(package).as_posix(): text.count("star_paper")
-        for path in package.rglob("*.py")
-        if ROOM not in path.parents and "star_paper" in (text := path.read_text(encoding="utf-8"))
-    }
-    named.pop("evaluation/suites.py", None)  # the published figures beside it
-    assert named == {"scenario/shipped.py": 1}
