@@ -35,14 +35,6 @@ def clear(star: Surroundings) -> ClearanceCertificate:
     return ClearanceCertificate(star, max(star.certified_star.radius - 0.25, 0.0), disc(0.25))
 
 
-def motion(
-    pose: np.ndarray, twist: np.ndarray, desired: np.ndarray, hold: float, limits: Limits, delay: float = 0.0
-) -> np.ndarray:
-    """Poses (x, y, yaw) until the robot stands, shape (n, 3): `twist` for the delay, then `desired`, then braking."""
-    target = BASES["differential"].saturate(desired, limits)
-    return roll_out(pose, twist, target, Actuation(limits, disc(0.25), hold, delay)).pose
-
-
 def certified(
     pose: np.ndarray,
     twist: np.ndarray,

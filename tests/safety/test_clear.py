@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 
 from drake_starnav.geometry.footprint import footprint
 from drake_starnav.robot import RobotParameters
-from drake_starnav.robot.base import SHARES
 from drake_starnav.robot.motion import Actuation, roll_out
 from drake_starnav.safety.clear import ClearanceCertificate
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.worlds.world import World
-from tests.helpers.motions import certified, limited_twist, motion, only_star, starred_twist
+from tests.helpers.motions import certified, limited_twist, only_star, starred_twist
 from tests.helpers.scans import RADIUS, cast, distance, free_point, observe_scan, scattered, seeds
 
 ROBOT = RobotParameters()
@@ -136,53 +135,11 @@ def test_a_fast_reckless_driver_with_rare_and_short_scans_never_touches_anything
         assert least >= RADIUS and driven > 0.3
 
 
-@settings(max_examples=60)
-@given(seeds, st.sampled_from([PERIOD, 0.1, 0.3]))
-def test_the_braking_path_is_what_is_certified(seed, hold):
-    _, star, pose, twist, desired = random_situation(seed)
-    path = motion(pose, twist, desired, hold, LIMITS)
-    np.testing.assert_array_equal(path[0], pose)
-    if star.certified_star.union.contains(path[1:, :2]).all():
-        assert certified(pose, twist, desired, hold, LIMITS, star)
-    assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() <= ROBOT.shape.sampling + 1e-9
-    held, at_end = moved(pose, twist, desired, hold)
-    braked, _ = moved(held[-1], at_end, np.zeros(2), 1.0)
-    exact = np.vstack((held, braked))
-    off = np.hypot(*np.moveaxis(path[:, None, :2] - exact[None, :, :2], -1, 0))
-    assert off.min(axis=0).max() < 0.01  # near every place of the real motion there is a sample
-
-
-@settings(max_examples=60)
-@given(seeds)
-def test_the_first_certified_share_is_taken(seed):
-    _, star, pose, twist, desired = random_situation(seed)
-    tried = SHARES * desired
-    good = [t for t in tried if certified(pose, twist, np.array(t), PERIOD, LIMITS, star)]
-    v, omega, accepted = starred_twist(pose, twist, desired, PERIOD, LIMITS, star)
-    assert accepted == bool(good)
-    if good:
-        assert (v, omega) == pytest.approx(good[0])
-    else:
-        assert v == 0.0
-    assert (SHARES[0] == 1.0).all() and (np.diff(SHARES[:7, 0]) < 0.0).all()
-
-
 def test_braking_is_all_that_is_left_when_nothing_can_be_certified():
     blind, pose = Surroundings.unknown(), np.array((1.0, 1.0, 0.0))
     assert starred_twist(pose, np.array((0.5, 0.3)), np.array((0.8, 1.0)), PERIOD, LIMITS, blind) == (0.0, 0.0, False)
     standing = starred_twist(pose, np.zeros(2), np.array((0.8, 1.0)), PERIOD, LIMITS, blind)
     assert standing == (0.0, 1.0, False)  # a disc that turns about its centre covers no new ground
-
-
-@pytest.mark.parametrize(("speed", "turn"), [(0.044, 1.0), (-0.044, 1.0), (0.046, 0.0), (-0.3, 0.0)])
-def test_without_a_certificate_only_a_robot_that_stops_within_a_millimetre_turns(speed, turn):
-    twist, desired = np.array((speed, 0.0)), np.array((0.8, 1.0))
-    assert starred_twist(np.zeros(3), twist, desired, PERIOD, LIMITS, Surroundings.unknown()) == (0.0, turn, False)
-
-
-def test_in_the_open_everything_is_certified():
-    desired = np.array((0.8, -1.0))
-    assert starred_twist(np.zeros(3), np.zeros(2), desired, PERIOD, LIMITS, OPEN) == (0.8, -1.0, True)
 
 
 def test_a_robot_at_the_edge_of_the_star_may_drive_into_it_but_not_along_its_edge():

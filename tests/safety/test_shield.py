@@ -13,24 +13,10 @@ from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.clear import STOPPED_DISTANCE, ClearanceCertificate
 from drake_starnav.safety.shield import find_certified_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.surroundings import Surroundings
-from tests.helpers.motions import PERIOD, actuation, limited_twist, only_star, starred_twist
+from tests.helpers.motions import actuation, limited_twist, only_star
 
 ROBOT = RobotParameters()
 REFUSING = type("Refusing", (), {"accepts": lambda self, motion: False})()
-
-
-def driven(desired, star: Surroundings, periods: int = 200) -> tuple[np.ndarray, list[bool]]:
-    """Where a perfect robot gets in so many periods, and which commands were certified."""
-    pose, twist, certified = np.zeros(3), np.zeros(2), []
-    for _ in range(periods):
-        *target, accepted = starred_twist(pose, twist, np.array(desired), PERIOD, ROBOT.limits, star)
-        certified.append(accepted)
-        after = np.array(ramp_twist(twist, target, actuation(ROBOT)))
-        v, omega = 0.5 * (twist + after)
-        middle = pose[2] + 0.5 * omega * PERIOD
-        pose = pose + PERIOD * np.array((v * np.cos(middle), v * np.sin(middle), omega))
-        twist = after
-    return pose, certified
 
 
 def wall() -> Surroundings:
@@ -38,18 +24,6 @@ def wall() -> Surroundings:
     bearings = 2.0 * np.pi * np.arange(720) / 720
     values = np.where(np.cos(bearings) > 0.0, np.minimum(0.7 / np.maximum(np.cos(bearings), 1e-9), 5.0), 5.0)
     return only_star(values)
-
-
-def test_it_stops_before_a_wall_that_the_twist_leads_to() -> None:
-    pose, certified = driven((0.8, 0.0), wall())
-    assert 0.6 < pose[0] < 0.75
-    assert certified[0]
-
-
-def test_a_free_twist_passes_within_the_limits() -> None:
-    pose, certified = driven((-9.0, 0.0), wall(), periods=100)
-    assert all(certified)
-    assert pose[0] == pytest.approx(-(0.8 * 2.0 - 0.5 * 0.8**2), abs=0.02)
 
 
 @pytest.mark.parametrize("base", list(BASES))
@@ -99,12 +73,6 @@ def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(br
     steering, steered = dataclasses.replace(robot, base="car"), np.array((0.0, 0.7))
     target, _ = find_certified_twist(np.zeros(3), steered, desired[1:], (REFUSING,), actuation(steering))
     assert tuple(target) == (0.0, 0.7)
-
-
-def test_a_robot_that_drives_in_any_direction_changes_its_velocity_along_a_straight_line() -> None:
-    robot = dataclasses.replace(ROBOT, base="omnidirectional", max_acceleration=1.0, max_yaw_acceleration=4.0)
-    twist = ramp_twist((0.3, -0.4, 0.5), (0.0, 0.0, 0.0), actuation(robot, hold=0.1))
-    np.testing.assert_allclose(twist, (0.24, -0.32, 0.1))
 
 
 @given(st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)), st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))
