@@ -58,7 +58,9 @@ def test_moves_are_those_of_the_base(name):
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.0, 0.8), st.floats(0.2, 8.0))
-def test_a_differential_drive_turns_to_a_heading_before_it_drives_and_can_stop_turning_there(error, speed, most) -> None:
+def test_a_differential_drive_turns_to_a_heading_before_it_drives_and_can_stop_turning_there(
+    error, speed, most
+) -> None:
     limits = ROBOTS["differential"].limits._replace(max_yaw_acceleration=most)
     v, aside, omega = find_velocity_towards(error, speed, limits)
     assert omega * error > 0.0 or abs(error) < 1e-9
