@@ -5,11 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step
-from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
+from drake_starnav.planning import PlannerParameters, PlannerState, PlannerStatus, plan_step
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, noisy
+from tests.helpers.scans import RADIUS, cast, distance, noisy, planner_input
 
 PERIOD = 0.05
 SLACK = 0.03
@@ -65,8 +63,7 @@ def drive(
         )
         scan = dataclasses.replace(cast(world, pose), time=PERIOD * k)
         scan = scan if noise is None else noisy(scan, *noise)
-        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, parameters, MARGINS, RADIUS))
+        state = plan_step(state, planner_input(scan, pose, goal, parameters=parameters))
         states.append(state)
         if state.status is PlannerStatus.UNREACHABLE or (stop and np.hypot(*(position - goal)) < 0.05):
             break

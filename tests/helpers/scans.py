@@ -12,6 +12,7 @@ from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.roadmap import StarRoadmap, add_node
+from drake_starnav.planning.state import PlannerInput
 from drake_starnav.surroundings.erosion import FreeRange
 from drake_starnav.surroundings.margins import Margins, ViewRetention
 from drake_starnav.surroundings.observation import Observation
@@ -211,6 +212,13 @@ def smooth_region(rng: np.random.Generator, center: np.ndarray, mean: float = 1.
 def observed(scan: LaserScan, pose: np.ndarray, margins: Margins = MARGINS) -> Observation:
     """What a planner gets of a scan taken at a pose."""
     return Observation(make_scan_region(scan, pose, RADIUS, margins), scan, pose)
+
+
+def planner_input(scan: LaserScan, pose: np.ndarray | tuple, goal: np.ndarray | tuple, **changes) -> PlannerInput:
+    """What a planner gets of a scan taken at a pose on the way to a goal; `changes` are of the input's fields."""
+    pose, goal = np.array(pose, dtype=float), np.array(goal, dtype=float)
+    given = PlannerInput(observed(scan, pose), pose[:2], goal, scan.time, PlannerParameters(), MARGINS, RADIUS)
+    return given._replace(**changes)
 
 
 def explored(world: World, positions: np.ndarray, margins: Margins = MARGINS) -> StarRoadmap:

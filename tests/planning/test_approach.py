@@ -26,18 +26,19 @@ def away(places: np.ndarray, goal: np.ndarray) -> np.ndarray:
     return np.hypot(*(places - goal).T)
 
 
-@pytest.mark.parametrize("hits", [Grid.empty(RESOLUTION, RADIUS), memory(WALL)])
-def test_a_goal_that_is_free_or_not_known_is_driven_to(hits):
-    goal = np.array((0.4, 0.0))
-    found = list_goal_candidates(hits, goal, 0.3, RADIUS, MARGIN)
-    assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
-
-
-@pytest.mark.parametrize("tolerance", [0.0, INSIDE_TOLERANCE * RADIUS])
-def test_without_tolerance_there_is_only_the_goal(tolerance):
-    goal = np.array((0.2, 0.0))
-    found = list_goal_candidates(memory(WALL), goal, tolerance, RADIUS, MARGIN)
-    assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
+@pytest.mark.parametrize(
+    ("x", "tolerance", "hits"),
+    [
+        (0.4, 0.3, Grid.empty(RESOLUTION, RADIUS)),
+        (0.4, 0.3, memory(WALL)),
+        (0.2, 0.0, memory(WALL)),
+        (0.2, INSIDE_TOLERANCE * RADIUS, memory(WALL)),
+        (0.5 * LINE_CLEARANCE * RADIUS, 0.3, memory(WALL)),  # at the wall it is seen from nowhere
+    ],
+)
+def test_a_goal_that_is_free_not_known_without_tolerance_or_at_a_wall_is_driven_to(x, tolerance, hits):
+    found = list_goal_candidates(hits, np.array((x, 0.0)), tolerance, RADIUS, MARGIN)
+    assert found.goal.tolist() == [x, 0.0] and found.places.tolist() == [[x, 0.0]]
 
 
 def test_beside_a_wall_it_is_the_nearest_clear_place_straight_off_it():
@@ -56,12 +57,6 @@ def test_places_behind_a_thin_wall_are_none():
     found = list_goal_candidates(hits, goal, 0.65, RADIUS, MARGIN)
     assert (found.places[:, 0] > 0.0).all() and (found.places[:, 0] < 0.5).all()
     assert 0.2 <= found.goal[0] <= 0.3
-
-
-def test_a_goal_at_a_wall_is_seen_from_nowhere():
-    goal = np.array((0.5 * LINE_CLEARANCE * RADIUS, 0.0))
-    found = list_goal_candidates(memory(WALL), goal, 0.3, RADIUS, MARGIN)
-    assert found.goal.tolist() == goal.tolist() and found.places.tolist() == [goal.tolist()]
 
 
 @settings(max_examples=50)

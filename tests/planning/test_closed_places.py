@@ -15,10 +15,8 @@ from drake_starnav.planning.roadmap import (
     ClosedPlaces,
     replace_regions,
 )
-from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast
+from tests.helpers.scans import MARGINS, RADIUS, cast, planner_input
 
 SQUARE = np.array([(1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (1.0, 0.5)])
 BRACKET = np.array([(2.5, 0.0), (2.5, 1.5), (5.5, 1.5), (5.5, 0.0), (5.2, 0.0), (5.2, 1.2), (2.8, 1.2), (2.8, 0.0)])
@@ -36,9 +34,7 @@ def keep_outs(*areas: tuple[str, np.ndarray], distance: float = 0.0) -> ClosedPl
 
 def begun(walls: ClosedPlaces) -> tuple[PlannerState, PlannerInput]:
     """A state with a node in the open, and its input."""
-    scan = cast(World("empty", (0.0, 0.0, 0.0), (4.0, 0.0)), np.zeros(3))
-    seen = Observation(make_scan_region(scan, np.zeros(3), RADIUS, MARGINS), scan, np.zeros(3))
-    now = PlannerInput(seen, np.zeros(2), GOAL, 0.0, PARAMETERS, MARGINS, RADIUS)
+    now = planner_input(cast(World("empty", (0.0, 0.0, 0.0), (4.0, 0.0))), np.zeros(3), GOAL)
     return add_latest_node(PlannerState.initial(PARAMETERS, RADIUS, closures=walls), now), now
 
 

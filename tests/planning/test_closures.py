@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
@@ -16,7 +17,7 @@ from drake_starnav.surroundings import Observation
 from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, VAULT, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast, noisy
+from tests.helpers.scans import MARGINS, RADIUS, cast, planner_input
 from tests.manoeuvres.test_manoeuvre import DOOR, SHAPE, SHAPES, body
 
 PARAMETERS = PlannerParameters()
@@ -56,7 +57,7 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
     for half, expected in ((0.3, (0.6, 0.0)), (1.5, (LEAST_CLOSURE_DISTANCE * RADIUS, 0.0))):
         walls = [[(0.55, low), (0.65, low), (0.65, high), (0.55, high)] for low, high in ((-2, -half), (half, 2))]
         world = World("door", (0, 0, 0), (3, 0), polygons=walls, bounds=(-1, -2, 5, 2))
-        now = moment_at(world, pose, np.random.default_rng(0), noise=0.0)
+        now = planner_input(cast(world, pose), pose, world.goal)
         state = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
         after = close_path(state, np.array(((1.5, 0.0),)), now)
         np.testing.assert_allclose(failed(after), [expected], atol=0.06)
@@ -86,18 +87,7 @@ def test_of_many_exits_that_are_closed_in_one_update_none_is_the_next(monkeypatc
 
 def test_the_way_of_a_robot_that_is_no_disc_is_closed_whichever_way_it_faces():
     pose = np.array((0.0, 0.05, 2.0))
-    scan = cast(DOOR, pose, beams=720)
-    seen = Observation(make_scan_region(scan, pose, SHAPE.cover_radius, MARGINS), scan, pose)
-    now = PlannerInput(
-        seen,
-        pose[:2],
-        np.array((1.6, 0.0)),
-        0.0,
-        PARAMETERS,
-        MARGINS,
-        SHAPE.cover_radius,
-        manoeuvre_context=body(DOOR, pose),
-    )
+    now = moment_of(DOOR, pose, SHAPE, (1.6, 0.0))
     first = plan_with_manoeuvres(PlannerState.initial(PARAMETERS, SHAPE.radius), now)
     assert not len(failed(first)) and not first.is_retrying
     np.testing.assert_allclose(failed(close_path(first, first.guidance.path, now)), [(0.55, 0.0)], atol=0.12)
@@ -114,11 +104,8 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
     half, pose = robot.radius - 0.02, np.array((0.2, 0.0, 0.4))
     for x in (0.2, 0.9):
         world, pose[0] = wall_with_door(half), x
-        scan = cast(world, pose, beams=720)
-        seen = Observation(make_scan_region(scan, pose, robot.cover_radius, MARGINS), scan, pose)
-        goal, own = np.array(world.goal), body(world, pose, robot)
-        now = PlannerInput(seen, pose[:2], goal, 0.0, PARAMETERS, MARGINS, robot.cover_radius, manoeuvre_context=own)
-        after = close_path(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), goal[None], now)
+        now = moment_of(world, pose, robot, world.goal)
+        after = close_path(plan_step(PlannerState.initial(PARAMETERS, robot.cover_radius), now), now.goal[None], now)
         sides = np.linspace(-half + robot.cover_radius, half - robot.cover_radius, 20)
         away = np.hypot(failed(after)[:, :1] - 1.0, failed(after)[:, 1:] - sides).min(axis=0)
         assert (
@@ -130,7 +117,7 @@ def test_a_gap_in_which_a_polygon_has_failed_is_closed_from_side_to_side(shape):
 def test_a_closure_into_which_the_robot_has_come_does_not_shut_it_in():
     """It is opened; the others stay, and the plan is not in doubt."""
     start = np.array(BAFFLES.start)
-    now = moment_at(BAFFLES, start, np.random.default_rng(0), noise=0.0)
+    now = planner_input(cast(BAFFLES, start), start, BAFFLES.goal)
     first = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
     other = np.array((0.0, 1.2))
     closures = np.array(((0.1, 0.0), other)) + start[:2]
@@ -208,11 +195,12 @@ def test_noise_closes_no_gap_that_the_robot_just_fits_through(make):
         assert len(states) < 130 and not any(len(failed(state)) or state.is_retrying for state in states)
 
 
-def moment_at(world: World, pose: np.ndarray, rng: np.random.Generator, noise: float = 0.01) -> PlannerInput:
-    """What the planner receives at a pose, with noisy ranges."""
-    scan = noisy(cast(world, pose), noise, rng)
-    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-    return PlannerInput(seen, pose[:2], np.array(world.goal), 0.0, PARAMETERS, MARGINS, RADIUS)
+def moment_of(world: World, pose: np.ndarray, robot: Footprint, goal: tuple[float, float]) -> PlannerInput:
+    """What the planner of a robot that is no disc receives at a pose."""
+    scan, radius = cast(world, pose, beams=720), robot.cover_radius
+    seen = Observation(make_scan_region(scan, pose, radius, MARGINS), scan, pose)
+    own = {"observation": seen, "cover_radius": radius, "manoeuvre_context": body(world, pose, robot)}
+    return planner_input(scan, pose, goal, **own)
 
 
 def test_a_robot_with_reason_to_stand_gives_nothing_up():
@@ -220,11 +208,7 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
     pose = np.array((*BAFFLES.start[:2], np.arctan2(*first.route.path[0][::-1])))
     for interval, given_up in ((pause, False), (0.0, True)):  # without scans, or with scans that change nothing
         scan = dataclasses.replace(cast(BAFFLES, pose), time=pause)
-        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-        now = PlannerInput(
-            seen, pose[:2], np.array(BAFFLES.goal), pause, PARAMETERS, MARGINS, RADIUS, interval=interval
-        )
-        after = plan_step(first, now)
+        after = plan_step(first, planner_input(scan, pose, BAFFLES.goal, interval=interval))
         assert bool(len(failed(after))) == given_up
     world = World("corridor", (0, 0, 0), (1.0, 0), bounds=(-1.0, -0.6, 2.0, 0.6))
     arrived = drive(world, PARAMETERS, steps=400, stop=False)[-1]
@@ -233,14 +217,11 @@ def test_a_robot_with_reason_to_stand_gives_nothing_up():
 
 def waited(motion: np.ndarray | None) -> PlannerState:
     """The planner's state after its robot has not moved for longer than the progress watch allows."""
-    position, goal = np.array(VAULT.start[:2]), np.array(VAULT.goal)
-    pose = np.array(VAULT.start)
-    scan = dataclasses.replace(cast(VAULT, pose), motion=motion)
-    region = make_scan_region(scan, pose, RADIUS, MARGINS)
+    scan = dataclasses.replace(cast(VAULT, np.array(VAULT.start)), motion=motion)
     state = PlannerState.initial(PARAMETERS, RADIUS)
     for k in range(int(2.0 * PARAMETERS.progress_timeout / PERIOD)):
-        seen = Observation(region, dataclasses.replace(scan, time=PERIOD * k), pose)
-        state = plan_step(state, PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, MARGINS, RADIUS))
+        now = planner_input(dataclasses.replace(scan, time=PERIOD * k), VAULT.start, VAULT.goal)
+        state = plan_step(state, now)
     return state
 
 

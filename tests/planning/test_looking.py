@@ -12,9 +12,7 @@ from drake_starnav.planning.closures import add_latest_node
 from drake_starnav.planning.looking import LOOKS_AFTER, STILL_TURNS, sees_exit_after_turn, turn_to_look
 from drake_starnav.planning.monitoring import is_facing
 from drake_starnav.planning.state import Route
-from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
-from tests.helpers.scans import MARGINS, RADIUS
+from tests.helpers.scans import RADIUS, planner_input
 
 PARAMETERS = PlannerParameters()
 
@@ -28,9 +26,7 @@ def inputs(time: float, unseen: tuple[float, float] | None, yaw: float = 0.0) ->
         lost = (bearing > unseen[0]) & (bearing < unseen[1])
         ranges[lost], free = math.nan, np.where(lost, 0.4, 5.0)
     scan = LaserScan(time, -math.pi, 2.0 * math.pi / 720, 0.0, 5.0, ranges, lost_beams=True, free=free)
-    pose = np.array((0.0, 0.0, yaw))
-    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-    return PlannerInput(seen, pose[:2], np.array((9.0, 0.0)), time, PARAMETERS, MARGINS, RADIUS)
+    return planner_input(scan, (0.0, 0.0, yaw), (9.0, 0.0))
 
 
 def planned(given: PlannerInput) -> PlannerState:
@@ -97,9 +93,7 @@ def blind_behind(time: float, yaw: float) -> PlannerInput:
     """A lidar on the axis that looks 123 degrees to both sides, in the open."""
     half = math.radians(123.0)
     scan = LaserScan(time, -half, half / 180, 0.0, 5.0, np.full(361, math.inf))
-    pose = np.array((0.0, 0.0, yaw))
-    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-    return PlannerInput(seen, pose[:2], np.array((9.0, 0.0)), time, PARAMETERS, MARGINS, RADIUS)
+    return planner_input(scan, (0.0, 0.0, yaw), (9.0, 0.0))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -18,18 +18,17 @@ from drake_starnav.planning.monitoring import (
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import Progress, Route
 from drake_starnav.planning.string_pulling import LOOKAHEAD, find_farthest_in_sight
-from drake_starnav.surroundings import Observation, StarRegion
-from drake_starnav.surroundings.star_region import make_scan_region, unite_regions
-from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, wandered
+from drake_starnav.surroundings import StarRegion
+from drake_starnav.surroundings.star_region import unite_regions
+from tests.helpers.scans import MARGINS, RADIUS, cast, free_point, in_view, planner_input, wandered
 
 PARAMETERS = PlannerParameters()
 
 
 def seen_from(world, place: np.ndarray) -> tuple[StarRegion, PlannerInput]:
     pose = np.array((*place, 0.3))
-    scan = cast(world, pose)
-    region = make_scan_region(scan, pose, RADIUS, MARGINS)
-    return region, PlannerInput(Observation(region, scan, pose), place, np.zeros(2), 0.0, PARAMETERS, MARGINS, RADIUS)
+    now = planner_input(cast(world, pose), pose, np.zeros(2))
+    return now.observation.region, now
 
 
 def state_in(rng: np.random.Generator, roadmap: StarRoadmap, position: np.ndarray) -> PlannerState:

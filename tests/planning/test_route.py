@@ -14,11 +14,20 @@ from drake_starnav.planning.grid import STRIDE
 from drake_starnav.planning.monitoring import REPLAN_DISTANCE, is_obstructed
 from drake_starnav.planning.roadmap import CLOSURE_RADIUS, ClosedPlaces, StarRoadmap
 from drake_starnav.planning.route import LARGEST_EXIT_SHIFT, LENGTH_OUTSIDE, _find_exit, find_frontier_point, find_route
-from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.worlds.world import World
 from tests.helpers.path_follower import BAFFLES, PERIOD, drive
-from tests.helpers.scans import MARGINS, RADIUS, cast, distance, explored, in_view, noisy, seeds, wandered
+from tests.helpers.scans import (
+    MARGINS,
+    RADIUS,
+    cast,
+    distance,
+    explored,
+    in_view,
+    noisy,
+    planner_input,
+    seeds,
+    wandered,
+)
 
 PARAMETERS = PlannerParameters()
 PLAIN = World("plain", (0.0, 0.0, 0.0), (12.0, 0.0), bounds=(-1.0, -3.0, 13.0, 3.0))
@@ -36,8 +45,7 @@ def planned(before: PlannerState, world: World, place=FARTHER, noise=0.0, motion
     scan = dataclasses.replace(noisy(cast(world, pose), noise, np.random.default_rng(1)), time=place[0])
     if motion is not None:
         scan = dataclasses.replace(scan, motion=np.where(scan.hits, motion, 0).astype(np.int8))
-    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-    return plan_step(before, PlannerInput(seen, pose[:2], np.array(world.goal), scan.time, PARAMETERS, MARGINS, RADIUS))
+    return plan_step(before, planner_input(scan, pose, world.goal))
 
 
 def beginning() -> PlannerState:
@@ -56,16 +64,10 @@ def test_an_obstructed_optimistic_path_triggers_a_plan():
     assert again.progress.plan_count == 2
 
 
-def test_it_triggers_none_right_after_a_plan():
-    assert planned(beginning(), POST, (REPLAN_DISTANCE * RADIUS - 0.02, 0.0)).progress.plan_count == 1
-
-
-def test_what_was_expected_triggers_no_plan():
-    assert planned(beginning(), PLAIN, noise=0.01).progress.plan_count == 1
-
-
-def test_what_moves_bars_no_way():
-    assert planned(beginning(), POST, motion=DYNAMIC).progress.plan_count == 1
+def test_none_is_triggered_right_after_a_plan_by_what_was_expected_or_by_what_moves():
+    too_early = planned(beginning(), POST, (REPLAN_DISTANCE * RADIUS - 0.02, 0.0))
+    for state in (too_early, planned(beginning(), PLAIN, noise=0.01), planned(beginning(), POST, motion=DYNAMIC)):
+        assert state.progress.plan_count == 1
 
 
 def looks_ahead(state: PlannerState) -> bool:
@@ -89,17 +91,14 @@ def test_the_robot_turns_to_the_optimistic_path_as_soon_as_the_latest_scan_shows
 
 
 def test_the_robot_does_not_turn_to_an_optimistic_path_past_a_closure():
-    states, goal = drive(BAFFLES, PARAMETERS, steps=700), np.array(BAFFLES.goal)
+    states = drive(BAFFLES, PARAMETERS, steps=700)
     turned = 0
     for k in range(1, len(states)):
         before, after = states[k - 1 : k + 1]
         if not looks_ahead(after) or after.progress.plan_count > before.progress.plan_count:
             continue
         position, aim = after.guidance.regions.center[0], after.guidance.path[0]
-        pose = np.array((*position, 0.0))
-        scan = cast(BAFFLES, pose)
-        seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-        now = PlannerInput(seen, position, goal, PERIOD * k, PARAMETERS, MARGINS, RADIUS)
+        now = moment(BAFFLES, position, BAFFLES.goal)._replace(time=PERIOD * k)
         if (plan_step(before, now).guidance.path[0] != aim).any():  # from another yaw the region differs a little
             continue
         turned += 1
@@ -145,9 +144,7 @@ def state_of(roadmap: StarRoadmap) -> PlannerState:
 
 def moment(world: World, position: np.ndarray, goal: np.ndarray) -> PlannerInput:
     pose = np.array((*position, 0.0))
-    scan = cast(world, pose)
-    seen = Observation(make_scan_region(scan, pose, RADIUS, MARGINS), scan, pose)
-    return PlannerInput(seen, position, goal, 0.0, PARAMETERS, MARGINS, RADIUS)
+    return planner_input(cast(world, pose), pose, goal)
 
 
 @settings(max_examples=20)

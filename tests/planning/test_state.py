@@ -13,11 +13,6 @@ INITIAL = PlannerState.initial(PlannerParameters(), RADIUS)
 PATH = np.array(((1.0, 0.0), (2.0, 0.0)))
 
 
-def test_before_the_first_scan_there_is_no_guidance() -> None:
-    assert INITIAL.status is PlannerStatus.WAITING
-    assert len(INITIAL.roadmap) == 0 and len(INITIAL.guidance.path) == 0
-
-
 def test_a_turn_to_unseen_space_precedes_the_path() -> None:
     seen = dataclasses.replace(Observation.none(), pose=np.array((0.5, 0.2, 0.1)))
     state = dataclasses.replace(
