@@ -7,11 +7,9 @@ import numpy as np
 
 from benchmarks.simulators import MUJOCO_STEP, mjcf
 from drake_starnav.lidar.laser_scan import LaserScan
-from drake_starnav.runtime import Odometry
-from drake_starnav.runtime.loop import Reading
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds.world import World
-from tests.helpers.bare_robot import EPOCH, BareRobot
+from tests.helpers.bare_robot import BareRobot
 
 TRACK, WHEEL = 0.16, 0.05
 
@@ -66,6 +64,3 @@ class MujocoRobot(BareRobot):
     def _strikes(self, geoms) -> bool:
         roots = [self.model.body_rootid[self.model.geom_bodyid[each]] for each in geoms]
         return roots[0] != roots[1] and 0 not in geoms
-
-
-__all__ = ["EPOCH", "MujocoRobot", "Odometry", "Reading"]

@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from drake_starnav.navigation import add_navigation, make_diagram
+from drake_starnav.navigation import add_navigation
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.planning.grid import Grid
 from drake_starnav.scenario.scenario_file import parse_scenario
@@ -18,7 +18,7 @@ from drake_starnav.scenario.shipped import METHODS
 from drake_starnav.simulation.monitors import ArrivalMonitor
 from drake_starnav.station.monitors import CollisionMonitor
 from drake_starnav.utils.stopwatch import Stopwatch
-from tests.helpers.posts import GOALS, POSTS, posts, simulated
+from tests.helpers.posts import POSTS, posts
 
 pytestmark = pytest.mark.slow
 
@@ -94,25 +94,6 @@ def python_systems(diagram: Diagram) -> Iterator[System]:
             yield from python_systems(system)
 
 
-def test_interleaved_contexts_go_as_they_would_alone() -> None:
-    """Two robots in two contexts of one diagram, with different goals, step in turns."""
-    alone = []
-    for goal in GOALS:
-        diagram = make_diagram(posts())
-        simulator = simulated(diagram, goal)
-        simulator.AdvanceTo(OFF_GRID)
-        alone.append(all_states(diagram, simulator.get_context()))
-    assert alone[0] != alone[1]
-
-    diagram = make_diagram(posts())
-    simulators = [simulated(diagram, goal) for goal in GOALS]
-    for time in (0.0031, 0.0519, 0.3003, 0.6177, 0.9001, OFF_GRID):
-        for simulator in simulators:
-            simulator.AdvanceTo(time)
-    for simulator, expected in zip(simulators, alone, strict=True):
-        assert all_states(diagram, simulator.get_context()) == expected
-
-
 @pytest.mark.parametrize(
     ("scenario", "method", "time"),
     [
@@ -145,16 +126,6 @@ def test_a_clone_under_a_new_simulator_goes_on_with_every_fault(scenario: str, m
     assert np.array_equal(expected[0], found[0])
     assert np.array_equal(expected[1], found[1])
     assert np.abs(np.diff(expected[1], axis=1)).max() > 0.0
-
-
-def test_a_second_run_of_the_same_diagram_knows_nothing_of_the_first() -> None:
-    diagram = make_diagram(posts())
-    runs = []
-    for _ in range(2):
-        simulator = simulated(diagram)
-        simulator.AdvanceTo(OFF_GRID)
-        runs.append(all_states(diagram, simulator.get_context()))
-    assert runs[0] == runs[1]
 
 
 def test_no_system_keeps_state_of_its_own() -> None:

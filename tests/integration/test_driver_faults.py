@@ -15,12 +15,13 @@ import pytest
 
 from drake_starnav import load_scenario
 from drake_starnav.runtime import Navigator
+from tests.helpers.bare_robot import EPOCH
 from tests.helpers.driver_faults import BEGIN, FAULTS, HARMLESS, SLOWER, Faults, Harmless, driven
 
 pytest.importorskip("mujoco", reason="the extra simulators is not installed")
 pytest.importorskip("irsim", reason="the extra simulators is not installed")
 from tests.helpers.irsim_robot import IrsimRobot  # noqa: E402
-from tests.helpers.mujoco_robot import EPOCH, MujocoRobot  # noqa: E402
+from tests.helpers.mujoco_robot import MujocoRobot  # noqa: E402
 
 pytestmark = pytest.mark.slow
 FOREST = load_scenario("forest")

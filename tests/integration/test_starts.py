@@ -18,10 +18,9 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.worlds.clearance import compute_clearance
 from drake_starnav.worlds.world import World
-from tests.helpers.loop import drive
 from tests.helpers.motions import actuation, limited_twist
 from tests.helpers.scans import seeds
-from tests.helpers.scenes import PERIOD, Scene, hall, moved
+from tests.helpers.scenes import PERIOD, Scene, moved
 
 pytestmark = pytest.mark.slow
 
@@ -114,17 +113,3 @@ def test_what_stood_wherever_it_was_never_touches_a_robot_that_drives(seed: int)
 
 def test_the_hunters_do_catch_a_driver_who_trusts_what_stands() -> None:
     assert any(struck_while_driving(seed, caution=0.0) for seed in range(10))
-
-
-@pytest.mark.parametrize("waits", [0.5, 2.5, 6.0])
-@pytest.mark.parametrize("speed", [0.5, 1.0, 1.5])
-def test_one_that_starts_in_front_of_the_robot_is_not_run_into(waits: float, speed: float) -> None:
-    """It stands beside the way, and walks into it when the robot is near."""
-
-    def at(time: float) -> np.ndarray:
-        return np.array(((0.0, 0.75 - speed * max(time - waits, 0.0)),))
-
-    obstacles = DynamicObstacleParameters(max_speed=speed, caution=1.0)
-    scene = Scene(hall(), (0.25,), at)
-    start = np.array((-0.45 - 0.7 * waits, 0.0, 0.0))
-    assert drive(scene, start, np.array((2.5, 0.0)), obstacles, duration=waits + 3.0).outcome != "collision"

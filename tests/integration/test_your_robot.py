@@ -40,11 +40,6 @@ def test_the_robot_of_the_page_reaches_its_goal(tmp_path: Path, monkeypatch, num
 def test_the_robot_of_the_page_drives_as_it_is_told(tmp_path: Path) -> None:
     path = tmp_path / "cart.urdf"
     path.write_text(block("xml"), encoding="utf-8")
-    assert_drives(path)
-
-
-def assert_drives(path: Path) -> None:
-    """It turns as it is told, about where it was put."""
     scenario = Scenario("test", None, RobotParameters(model=str(path), radius=2.0), LidarParameters(frame="base_link"))
     x, y, _, v, omega = driven(NavigationStation(World("open", (0.0, 0.0, 0.0), (5.0, 0.0)), scenario), 0.0, 1.5)
     assert math.hypot(x, y) < 0.01 and (v, omega) == pytest.approx((0.0, 1.5), abs=0.03)

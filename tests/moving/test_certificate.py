@@ -229,14 +229,6 @@ def test_no_robot_makes_way_that_is_nearer_than_a_centimetre(gap: float, accepte
     assert stays_clear(np.zeros(3), np.zeros(2), np.array((-0.1, 0.0)), certificate) == accepted
 
 
-def test_standing_and_turning_is_always_certified() -> None:
-    rows = find_reachable_discs(seen(np.array([(0.4, 0.0)]), 0.2), OBSTACLES)
-    turning = np.array((0.0, 1.0))
-    beside = MovingCertificate(rows, 0.0, 0.0)
-    assert stays_clear(np.zeros(3), np.zeros(2), turning, beside)
-    assert not stays_clear(np.zeros(3), np.zeros(2), np.array((0.8, 0.0)), beside, hold=0.1)
-
-
 @pytest.mark.parametrize("caution", [1.0, 0.25, 0.0])
 def test_tracks_are_trusted_as_far_as_caution_leaves_and_they_are_known_for_long(caution: float) -> None:
     """A hit of no track, one in view, one out of sight, which is where it was predicted, and one that is still new."""

@@ -41,18 +41,6 @@ def test_a_disc_against_a_wall_is_not_part_of_it(seed: int, radius: float, gap: 
     assert not large(scan)[hit & (points[:, 0] < HALF - 0.1)].any()  # the rest touches the wall
 
 
-@settings(max_examples=50, deadline=None)
-@given(seed=seeds, first=st.floats(0.15, 0.6), second=st.floats(0.15, 0.6))
-def test_two_discs_that_touch_are_not_one_large_thing(seed: int, first: float, second: float) -> None:
-    rng = np.random.default_rng(seed)
-    angle = rng.uniform(-math.pi, math.pi)
-    place = np.array((1.7, 0.0)) + (first + second) * np.array((math.cos(angle), math.sin(angle)))
-    scene = Scene(hall((1.7, 0.0, first), (*place, second), half=4.5), (), lambda t: np.zeros((0, 2)))
-    pose = np.array((0.0, -2.2, 0.0))
-    scan = scene.scan(0.0, pose, rng)
-    assert not large(scan)[own(scan, pose, (1.7, 0.0, first))].any()
-
-
 @settings(max_examples=150, deadline=None)
 @given(
     seed=seeds,

@@ -46,15 +46,6 @@ def test_with_full_caution_what_stands_may_start_and_else_is_trusted_to_stay() -
         assert np.abs(np.hypot(standing[:, 0] - 1.0, standing[:, 1]) - 0.3).max(initial=0.0) < 1e-6
 
 
-def test_what_was_known_before_is_not_changed() -> None:
-    scene = Scene(hall(), (0.3,), straight((1.5, -1.0), (0.0, 0.5)))
-    first = track(TrackerState(), scene.scan(0.0, np.zeros(3)), np.zeros(3), OBSTACLES)
-    position = first.tracks.position.copy()
-    track(first, scene.scan(PERIOD, np.zeros(3)), np.zeros(3), OBSTACLES)
-    np.testing.assert_array_equal(first.tracks.position, position)
-    assert TrackerState().scan.lost.all()
-
-
 def test_nothing_moves_in_the_rolling_scans_of_a_lidar_that_turns() -> None:
     world, known, pose, period = hall((1.5, 1.2, 0.2), (-1.0, 2.0, 0.15)), TrackerState(), np.zeros(3), 0.2
     for k in range(12):

@@ -57,20 +57,13 @@ def ahead(found: np.ndarray) -> float:
     return float(found[len(found) // 2])
 
 
-def test_a_narrow_door_is_entered_at_once_with_the_margin_it_allows():
-    scan = cast(door(RADIUS + 0.02))
+@pytest.mark.parametrize("margin", [0.5 * (MARGIN + LEAST), LEAST])
+def test_a_narrow_door_is_entered_at_once_with_the_widest_margin_that_opens_it(margin):
+    """Two are tried: the mean of the full and the least margin, and the least."""
+    scan = cast(door(RADIUS + margin + 0.004))
     assert ahead(eroded(scan, MARGIN)) < SHUT * RADIUS
     found = profile(scan)
-    assert ahead(found.values) > 3.0 and LEAST - 1e-9 < found.margin < 0.02
-
-
-def test_the_widest_margin_that_opens_a_door_is_kept():
-    """Two are tried: the mean of the full and the least margin, and the least."""
-    half_way = 0.5 * (MARGIN + LEAST)
-    found = profile(cast(door(RADIUS + half_way + 0.004)))
-    assert ahead(found.values) > 3.0 and found.margin == pytest.approx(half_way)
-    narrow = profile(cast(door(RADIUS + LEAST + 0.004)))
-    assert ahead(narrow.values) > 3.0 and narrow.margin == pytest.approx(LEAST)
+    assert ahead(found.values) > 3.0 and found.margin == pytest.approx(margin)
 
 
 @pytest.mark.parametrize("half", [RADIUS - 0.03, RADIUS + LEAST - 0.005])

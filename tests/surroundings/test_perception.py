@@ -43,14 +43,6 @@ def test_the_region_is_that_of_the_scan_and_the_star_also_of_the_one_before() ->
     assert (second.surroundings.certified_star.values <= alone.surroundings.certified_star.values + 1e-12).all()
 
 
-def test_perception_is_repeatable_and_leaves_the_state_before_unchanged() -> None:
-    first, second = looks(*POSES)
-    kept = first.surroundings.certified_star.values.copy()
-    again = perceive(first, (second.observation.scan,), POSES[1], SETTINGS)
-    assert np.array_equal(again.surroundings.certified_star.values, second.surroundings.certified_star.values)
-    assert np.array_equal(first.surroundings.certified_star.values, kept)
-
-
 def test_the_number_of_beams_may_vary_from_scan_to_scan() -> None:
     known, free = PerceptionState.initial(), []
     for number, beams in enumerate((450, 455, 449, 456)):

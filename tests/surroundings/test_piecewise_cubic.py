@@ -51,15 +51,6 @@ FITS = st.sampled_from([adaptive, equal])
 
 
 @settings(max_examples=40)
-@given(seeds, FITS)
-def test_one_sided_fits_never_exceed_the_samples(seed, fitted):
-    samples = bumpy(seed)
-    fit = fitted(samples, one_sided=True)
-    assert (fit.values <= samples + 1e-9).all() and (fit.values >= 0.0).all()
-    assert fit.starts[0] == 0 and (np.diff(fit.starts) > 0).all()
-
-
-@settings(max_examples=40)
 @given(seeds, st.sampled_from([0.04, 0.12, 0.4]))
 def test_adaptive_segments_keep_the_tolerance(seed, tolerance):
     samples = bumpy(seed)

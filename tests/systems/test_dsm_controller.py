@@ -5,8 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from pydrake.common.value import Value
 from pydrake.systems.framework import LeafSystem
 
@@ -28,15 +26,8 @@ WIDE = only_star(np.full(720, 5.0))
 AHEAD = Guidance(np.array([[3.0, 0.0]]), False, RegionUnion.none())
 
 
-def inputs(guidance: Guidance = AHEAD, surroundings: Surroundings = WIDE, state=(0.0,) * 5) -> dict:
-    return {"guidance": Value(guidance), "surroundings": Value(surroundings), "state": np.array(state)}
-
-
-def controlling_of(
-    guidance: Guidance = AHEAD, surroundings: Surroundings = WIDE, *, twist=(0.0, 0.0), pose=(0.0, 0.0, 0.0)
-) -> Controlling:
-    systems = DsmController(ROBOT, PARAMETERS, MARGINS), TwistShield(ROBOT, PARAMETERS, MARGINS)
-    return Controlling(*systems, inputs(guidance, surroundings, (*pose, *twist)), twist)
+def inputs(surroundings: Surroundings = WIDE, state=(0.0,) * 5) -> dict:
+    return {"guidance": Value(AHEAD), "surroundings": Value(surroundings), "state": np.array(state)}
 
 
 def names(system: LeafSystem) -> tuple[list[str], list[str]]:
@@ -57,31 +48,14 @@ def test_ports() -> None:
     assert not TwistShield(ROBOT, PARAMETERS, MARGINS).HasDirectFeedthrough(0)
 
 
-def test_stands_before_the_first_update_and_without_guidance() -> None:
-    controlling = controlling_of(Guidance.none())
-    assert np.array_equal(controlling.out("twist_command"), np.zeros(2))
-    for _ in range(5):
-        assert np.array_equal(controlling.update(), np.zeros(2))
-    assert np.array_equal(controlling.out("guiding_vector"), np.zeros(2))
-
-
-@given(v=st.floats(0.15, 0.8), omega=st.floats(-2.0, 2.0))
-def test_without_a_certified_region_it_brakes_and_says_so(v, omega) -> None:
-    controlling = controlling_of(AHEAD, Surroundings.unknown(), twist=(v, omega))
-    braked = controlling.update()
-    assert not controlling.out("certificate").certified
-    change = ROBOT.max_yaw_acceleration * PERIOD
-    expected = (v - PERIOD * ROBOT.max_acceleration, math.copysign(max(abs(omega) - change, 0.0), omega))
-    assert braked == pytest.approx(expected, abs=1e-12)
-    assert controlling.update(100)[0] == 0.0
-
-
 def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
     """A perfect robot that follows the twists from then on ends where the certificate said."""
-    controlling = controlling_of(AHEAD, Surroundings.unknown(), twist=(0.8, 0.6))
+    systems, twist = (kind(ROBOT, PARAMETERS, MARGINS) for kind in (DsmController, TwistShield)), (0.8, 0.6)
+    controlling = Controlling(*systems, inputs(Surroundings.unknown(), (0.0, 0.0, 0.0, *twist)), twist)
+    assert not controlling.out("certificate").certified
     promised = controlling.out("certificate").path[-1]
     pose = np.zeros(3)
-    v, omega = 0.8, 0.6
+    v, omega = twist
     for _ in range(60):
         after = controlling.update()
         v, omega = 0.5 * (v + after[0]), 0.5 * (omega + after[1])

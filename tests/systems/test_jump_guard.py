@@ -23,6 +23,7 @@ class Guarded:
         self.system = JumpGuard(tolerance=0.02, rate=RATE, rolling=rolling, holonomic=holonomic)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
+        self.system.GetInputPort("state").FixValue(self.context, np.zeros(5))
         self.scanned(0.0)
 
     def scanned(self, time: float, previous: float = 0.0) -> None:
@@ -36,19 +37,13 @@ class Guarded:
         return self.system.get_output_port().Eval(self.context).has_views
 
 
-def guarded(rolling: bool = False, holonomic: bool = False) -> Guarded:
-    guard = Guarded(rolling, holonomic)
-    guard.system.GetInputPort("state").FixValue(guard.context, np.zeros(5))
-    return guard
-
-
 def test_driving_is_no_jump() -> None:
-    guard = guarded()
+    guard = Guarded()
     assert all(guard.certifies(0.8 * k / RATE, v=0.8) for k in range(1, 20))
 
 
 def test_driving_is_no_jump_between_two_updates_either() -> None:
-    guard = guarded()
+    guard = Guarded()
     assert guard.certifies(0.0) and guard.certifies(3.0 / RATE, v=3.0)
     guard.simulator.AdvanceTo(guard.context.get_time() + 0.1 / RATE)
     guard.system.GetInputPort("state").FixValue(guard.context, [3.3 / RATE, 0.0, 0.0, 3.0, 0.0])
@@ -56,13 +51,13 @@ def test_driving_is_no_jump_between_two_updates_either() -> None:
 
 
 def test_a_base_that_drives_aside_does_not_jump() -> None:
-    aside, jumping = guarded(holonomic=True), guarded(holonomic=True)
+    aside, jumping = Guarded(holonomic=True), Guarded(holonomic=True)
     assert all(aside.certifies(0.0, -0.8 * k / RATE, v=0.8) for k in range(1, 20))
     assert jumping.certifies(0.0, 0.032, v=1.6) and not jumping.certifies(0.0, 0.12, v=1.6)
 
 
 def test_a_jump_withholds_the_star_until_a_later_scan() -> None:
-    guard = guarded()
+    guard = Guarded()
     assert guard.certifies(0.0)
     assert not guard.certifies(0.03)
     assert not guard.certifies(0.03)
@@ -73,7 +68,7 @@ def test_a_jump_withholds_the_star_until_a_later_scan() -> None:
 
 
 def test_a_rolling_scan_placed_by_a_pose_from_before_the_jump_is_withheld() -> None:
-    guard = guarded(rolling=True)
+    guard = Guarded(rolling=True)
     assert guard.certifies(0.0)
     assert not guard.certifies(0.03)
     guard.scanned(0.1, previous=0.02)

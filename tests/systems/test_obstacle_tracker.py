@@ -79,9 +79,9 @@ def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
 
     plain, crowd = systems("world: !Room {}"), systems("world: !Room {}\nobstacles: {max_speed: 0.5}")
     assert "tracker" not in plain
-    assert not plain["controller"].HasInputPort("tracks")
     assert isinstance(crowd["tracker"], ObstacleTracker)
-    assert crowd["controller"].HasInputPort("tracks")
+    for name in ("controller", "shield"):
+        assert crowd[name].HasInputPort("tracks") and not plain[name].HasInputPort("tracks")
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,11 @@ from drake_starnav.planning import PlannerParameters
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import CORNERS, looks
-from tests.helpers.scans import MARGINS, cast, silence
+from tests.helpers.scans import MARGINS, cast
 
 ROBOT, PLANNER, CONTROLLER = RobotParameters(), PlannerParameters(), ControllerParameters()
 RATE = 20.0
@@ -59,27 +58,6 @@ class Perceived:
 
     def out(self, name: str):
         return self.system.GetOutputPort(name).Eval(self.context)
-
-
-def test_nothing_is_seen_before_the_first_scan() -> None:
-    perceived = Perceived()
-    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(silence()))
-    perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
-    perceived.simulator.AdvanceTo(0.01)
-    assert perceived.out("observation").region is None
-    assert perceived.out("surroundings").certified_star.values.max() == 0.0
-
-
-def test_star_is_the_region_of_the_scan_at_its_pose() -> None:
-    perceived = Perceived()
-    scan = perceived.see(POST)
-    perceived.update()
-    star = perceived.out("observation")
-    assert np.array_equal(star.scan.ranges, scan.ranges)
-    assert np.array_equal(star.pose, POSE)
-    expected = make_scan_region(scan, POSE, ROBOT.radius, MARGINS)
-    assert np.array_equal(star.region.boundary.values, expected.boundary.values)
-    assert np.array_equal(star.region.center, POSE[:2])
 
 
 def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:

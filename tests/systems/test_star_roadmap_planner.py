@@ -26,7 +26,6 @@ OPEN = World("open", (0, 0, 0), (0, 0), bounds=(-2.0, -3.0, 8.0, 3.0))
 SCREEN = World(
     "screen", (0, 0, 0), (0, 0), polygons=([(1.5, -1.0), (1.7, -1.0), (1.7, 1.0), (1.5, 1.0)],), bounds=OPEN.bounds
 )
-CELL = World("cell", (0, 0, 0), (0, 0), bounds=(-1.0, -1.0, 1.0, 1.0))
 IN_SIGHT, BEHIND = np.array([2.5, 0.4]), np.array([4.0, 0.0])
 
 
@@ -57,12 +56,6 @@ class Planning:
     @property
     def roadmap(self) -> StarRoadmap:
         return self.system.GetOutputPort("planner_state").Eval(self.context).roadmap
-
-    def look_around(self, world: World) -> None:
-        """See the same from the same place, until no progress was made for long enough."""
-        for _ in range(int(PARAMETERS.progress_timeout / PERIOD) + 3):
-            self.see(world)
-            self.update()
 
     def out(self, name: str):
         return self.system.GetOutputPort(name).Eval(self.context)
@@ -152,19 +145,6 @@ def test_a_scan_is_planned_with_at_once_and_once() -> None:
     assert planning.out("planner_state") is first
 
 
-def test_the_plan_does_not_depend_on_who_asked_before() -> None:
-    often, once = Planning(goal=IN_SIGHT), Planning(goal=IN_SIGHT)
-    for planning in (often, once):
-        planning.see(SCREEN)
-    often.out("guidance")
-    often.put("goal", np.array([-1.0, 1.0]))
-    often.out("guidance")
-    for planning in (often, once):
-        planning.put("goal", BEHIND)
-    assert np.array_equal(often.out("guidance").path, once.out("guidance").path)
-    assert often.out("planner_state").progress.plan_count == once.out("planner_state").progress.plan_count == 1
-
-
 def test_a_pause_of_the_sensor_is_no_stall() -> None:
     for pause, nodes in ((0.4, 1), (0.6, 1), (1.2, 1)):
         planning = Planning(goal=BEHIND)
@@ -198,13 +178,3 @@ def test_a_moved_goal_is_taken_up_at_once() -> None:
     planning.put("goal", moved)
     assert planning.out("guidance").path[-1] == pytest.approx(moved)
     assert len(planning.out("planner_state").roadmap) == 1
-
-
-def test_after_giving_up_another_goal_is_tried() -> None:
-    planning = Planning(goal=BEHIND)
-    planning.look_around(CELL)
-    assert planning.out("status") is PlannerStatus.UNREACHABLE
-    planning.put("goal", np.array([-0.5, 0.2]))
-    planning.update()
-    assert planning.out("status") is PlannerStatus.APPROACHING
-    assert planning.out("guidance").path[-1] == pytest.approx([-0.5, 0.2])

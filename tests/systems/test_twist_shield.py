@@ -68,11 +68,6 @@ def test_before_anything_is_seen_it_stands() -> None:
     assert out(simulator, "twist_command") == pytest.approx([0.0, 0.0])
 
 
-def test_a_twist_does_not_pass_in_the_same_instant() -> None:
-    system = TwistShield(RobotParameters(), ControllerParameters(), MARGINS)
-    assert not system.HasDirectFeedthrough(0)
-
-
 @pytest.mark.parametrize(
     "desired, pose",
     [([np.nan, 0.0], (0.0, 0.0, 0.0)), ([0.1, 0.0], (0.0, np.inf, 0.0)), ([0.1, 0.0], (0.0, 0.0, np.nan))],
@@ -114,15 +109,6 @@ def test_the_certificate_shows_the_robot_braking_from_where_it_is_without_delay(
     assert path[-1] == pytest.approx([1.0 + stopping * np.cos(0.5), 2.0 + stopping * np.sin(0.5), 0.5])
 
 
-def test_the_certificate_shows_a_turning_robot_at_rest_after_the_least_turn() -> None:
-    wide = only_star(np.full(720, 5.0))
-    simulator = shielding([0.0, 1.0], wide, (0.0, 0.0, 0.0))
-    simulator.AdvanceTo(1.0)
-    assert out(simulator, "twist_command") == pytest.approx([0.0, 1.0])
-    turned = 0.5 / RobotParameters().max_yaw_acceleration
-    assert out(simulator, "certificate").path[-1] == pytest.approx([0.0, 0.0, turned])
-
-
 def test_commands_are_timed_where_they_are_asked_to_be() -> None:
     stopwatch = Stopwatch()
     shielding([0.5, 0.0], stopwatch=stopwatch).AdvanceTo(0.1)
@@ -146,9 +132,3 @@ def test_what_may_move_has_had_time_to_come_since_the_scan_until_the_state(
     simulator.get_mutable_context().SetTime(now)
     simulator.AdvanceTo(now + 0.01)
     assert (out(simulator, "twist_command")[0] > 0.0) == drives
-
-
-def test_tracks_are_asked_for_only_among_moving_obstacles() -> None:
-    needs = RobotParameters(), ControllerParameters(), MARGINS
-    assert not TwistShield(*needs).HasInputPort("tracks")
-    assert TwistShield(*needs, obstacles=DynamicObstacleParameters(max_speed=0.8)).HasInputPort("tracks")
