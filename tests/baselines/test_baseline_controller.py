@@ -21,9 +21,7 @@ from tests.helpers.controlling import Controlling
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
 SCANNING = pytest.mark.parametrize(
-    "settings",
-    [FoaBaseline(), FoaBaseline(clusters=True), DwaBaseline()],
-    ids=["foa", "foa_cluster", "dwa"],
+    "settings", [FoaBaseline(), FoaBaseline(clusters=True), DwaBaseline()], ids=["foa", "foa_cluster", "dwa"]
 )
 EVERY = pytest.mark.parametrize(
     "settings",

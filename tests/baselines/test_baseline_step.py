@@ -14,12 +14,7 @@ from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, limited_twist
 
 ROBOT = RobotParameters()
-SETTINGS = {
-    "dsm": DsmBaseline(),
-    "foa": FoaBaseline(),
-    "foa_cluster": FoaBaseline(clusters=True),
-    "dwa": DwaBaseline(),
-}
+SETTINGS = {"dsm": DsmBaseline(), "foa": FoaBaseline(), "foa_cluster": FoaBaseline(clusters=True), "dwa": DwaBaseline()}
 POST = np.array([(2.0, 0.05, 0.3)])
 EVERY = pytest.mark.parametrize("settings", SETTINGS.values(), ids=list(SETTINGS))
 

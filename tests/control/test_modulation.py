@@ -5,13 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_starnav.control.modulation import (
-    CENTER,
-    FARTHEST,
-    SIGMA,
-    evaluate_boundary,
-    modulate_direction,
-)
+from drake_starnav.control.modulation import CENTER, FARTHEST, SIGMA, evaluate_boundary, modulate_direction
 from drake_starnav.surroundings.star_region import StarRegion, unite_regions
 from tests.helpers.scans import RADIUS, seeds, smooth_region
 

@@ -9,13 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.geometry.footprint import (
-    Footprint,
-    disc,
-    find_covered_area,
-    footprint,
-    measure_protrusion,
-)
+from drake_starnav.geometry.footprint import Footprint, disc, find_covered_area, footprint, measure_protrusion
 
 SQUARE = ((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2))
 corner = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
@@ -70,10 +64,7 @@ def test_a_union_covers_what_its_parts_do():
         (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "finite"),
         (((0.0, 0.0), (1.0, 0.0), (1.0, 0.001), (0.0, 0.001)), "narrow"),
         (((-0.3, 0.0), (0.0, 0.0), (0.3, 0.0)), "in line"),
-        (
-            ((0.3, 0.2), (0.0, 0.19), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)),
-            r"0.19\] lies 10 mm inside its hull",
-        ),
+        (((0.3, 0.2), (0.0, 0.19), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2)), r"0.19\] lies 10 mm inside its hull"),
     ],
 )
 def test_what_is_no_footprint_is_refused(corners, reason):

@@ -29,9 +29,7 @@ from drake_starnav.visualization.meshcat_stage import WORLD_PREFIX, apply_look, 
 from drake_starnav.visualization.meshes import LAYERS
 from drake_starnav.visualization.meshes import ROBOT as ROBOT_ROW
 from drake_starnav.visualization.page import VIEWS, Cameras, Caption, around_robot
-from drake_starnav.visualization.recorder import (
-    finish_recording,
-)
+from drake_starnav.visualization.recorder import finish_recording
 from drake_starnav.visualization.star_roadmap_visualizer import StarRoadmapVisualizer
 from drake_starnav.worlds.world import World
 from tests.helpers.camera import camera_pose
@@ -78,9 +76,7 @@ class Replay(LeafSystem):
                 self.DeclareVectorOutputPort(name, len(first), show)
             else:
                 self.DeclareAbstractOutputPort(
-                    name,
-                    lambda first=first: Value[object](first),
-                    lambda c, out, name=name: out.set_value(at(c)[name]),
+                    name, lambda first=first: Value[object](first), lambda c, out, name=name: out.set_value(at(c)[name])
                 )
 
         def place(context, output):

@@ -49,10 +49,7 @@ def sized(name: str, scale: float, seed: int) -> Scenario:
             max_yaw_acceleration=robot.max_yaw_acceleration / slower**2,
         ),
         lidar=dataclasses.replace(
-            lidar,
-            range_min=scale * lidar.range_min,
-            range_max=scale * lidar.range_max,
-            noise=scale * lidar.noise,
+            lidar, range_min=scale * lidar.range_min, range_max=scale * lidar.range_max, noise=scale * lidar.noise
         ),
         simulation=dataclasses.replace(base.simulation, goal_tolerance=scale * base.simulation.goal_tolerance),
     )

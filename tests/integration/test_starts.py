@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from drake_starnav.moving.certificate import (
-    MOVING_MARGIN,
-    STANDING_SPEED,
-    MovingCertificate,
-    find_reachable_discs,
-)
+from drake_starnav.moving.certificate import MOVING_MARGIN, STANDING_SPEED, MovingCertificate, find_reachable_discs
 from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.moving.tracker import TrackerState, track
 from drake_starnav.robot import RobotParameters

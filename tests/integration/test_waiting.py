@@ -9,10 +9,7 @@ from drake_starnav import Parts, World, parse_scenario, run_trial
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 
 BOUNDS, GOAL = (-1.0, -2.0, 6.0, 2.0), (4.0, 0.0)
-DOOR = [
-    [(2.0, -2.0), (2.2, -2.0), (2.2, -0.55), (2.0, -0.55)],
-    [(2.0, 0.55), (2.2, 0.55), (2.2, 2.0), (2.0, 2.0)],
-]
+DOOR = [[(2.0, -2.0), (2.2, -2.0), (2.2, -0.55), (2.0, -0.55)], [(2.0, 0.55), (2.2, 0.55), (2.2, 2.0), (2.0, 2.0)]]
 PLACES = {"goal": (GOAL, (2.2, 1.6), []), "door": ((2.1, 0.0), (5.4, 1.4), DOOR)}
 """Where the person stands, and where it walks, which is not past the robot; and the walls."""
 

@@ -59,10 +59,7 @@ def known() -> tuple[RegionUnion, Surroundings]:
 
 
 def avoided(
-    tracks: Tracks,
-    twist: tuple[float, float] = (0.5, 0.0),
-    path: np.ndarray = PATH,
-    star: Surroundings | None = None,
+    tracks: Tracks, twist: tuple[float, float] = (0.5, 0.0), path: np.ndarray = PATH, star: Surroundings | None = None
 ) -> np.ndarray | None:
     regions, seen = known()
     inputs = ControllerInputs(np.zeros(3), np.array(twist), Guidance(path, True, regions), star or seen)

@@ -9,12 +9,7 @@ from drake_starnav.geometry.polyline import measure_arc_lengths
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus
 from drake_starnav.planning.guidance import PASSED_DISTANCE
 from drake_starnav.planning.impassable import bridge_observed_hits
-from drake_starnav.planning.monitoring import (
-    OBSTRUCTION_SLACK,
-    OUTSIDE_TOLERANCE,
-    UNCERTAIN_WITHIN,
-    check_plan,
-)
+from drake_starnav.planning.monitoring import OBSTRUCTION_SLACK, OUTSIDE_TOLERANCE, UNCERTAIN_WITHIN, check_plan
 from drake_starnav.planning.roadmap import StarRoadmap
 from drake_starnav.planning.state import Progress, Route
 from drake_starnav.planning.string_pulling import LOOKAHEAD, find_farthest_in_sight
@@ -85,8 +80,7 @@ def test_what_is_too_early_or_not_wanted_is_not_checked() -> None:
     rng = np.random.default_rng(0)
     hits = bridge_observed_hits(now.observation, MARGINS, RADIUS)
     state = dataclasses.replace(
-        state_in(rng, roadmap, place),
-        route=Route(place[None] + (0.1, 0.0), np.stack((place, place)), hits[:4]),
+        state_in(rng, roadmap, place), route=Route(place[None] + (0.1, 0.0), np.stack((place, place)), hits[:4])
     )
     check = check_plan(state, region, now)
     assert check.sees_probe and check.is_blocked

@@ -34,10 +34,7 @@ def test_a_footprint_gives_the_radius_and_stays_when_something_else_changes() ->
         ({"footprint": SQUARE, "radius": 0.3}, "beside robot.footprint"),
         ({"footprint": [[0.0, 0.0], [1.0, 0.0]]}, "robot.footprint"),
         ({"footprint": [1.0, 2.0, 3.0]}, "robot.footprint"),
-        (
-            {"footprint": [[320, 250], [-320, 250], [-320, -250], [320, -250]]},
-            r"reaches 406\.\d+ m .* in metres",
-        ),
+        ({"footprint": [[320, 250], [-320, 250], [-320, -250], [320, -250]]}, r"reaches 406\.\d+ m .* in metres"),
         ({"footprint": ["a", "b", "c"]}, "robot.footprint"),
         ({"footprint": [[0.0, 0.0], [1.0, 0.0], [0.1, 0.1], [0.0, 1.0]]}, "not convex"),
         ({"base": "legged"}, "robot.base"),

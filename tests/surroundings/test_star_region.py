@@ -6,11 +6,7 @@ from hypothesis import given, settings
 from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.surroundings.bearing_hits import measure_half_chords
 from drake_starnav.surroundings.erosion import FreeRange, compute_free_range
-from drake_starnav.surroundings.star_region import (
-    StarRegion,
-    fit_region,
-    unite_regions,
-)
+from drake_starnav.surroundings.star_region import StarRegion, fit_region, unite_regions
 from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds
 
 STEP = 2.0 * math.pi / 720

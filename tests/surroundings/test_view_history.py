@@ -55,11 +55,7 @@ def test_looks_are_kept_as_far_apart_as_they_tell_anything_new_and_no_more_than_
     assert known_before.rows[-2, 0] < 0.1
     assert known_before.rows[0, 0] == pytest.approx(3.98)
     back = remembered(
-        known_before,
-        at_once(look, (3.9, 0.0, 0.0), 39.9, 3.99),
-        (4.1, 0.0),
-        (place, 41.0),
-        ViewRetention(9.0, 0.04),
+        known_before, at_once(look, (3.9, 0.0, 0.0), 39.9, 3.99), (4.1, 0.0), (place, 41.0), ViewRetention(9.0, 0.04)
     )
     assert len(back.views) <= len(known_before.views)  # of places where it was before only the last look counts
 
