@@ -60,16 +60,6 @@ def test_drives_to_the_goal_and_says_where(settings) -> None:
     assert controlling.out("guiding_vector") == pytest.approx([1.0, 0.0], abs=1e-6)
 
 
-@EVERY
-def test_certifies_nothing_but_shows_how_it_would_brake(settings) -> None:
-    controlling = controlling_of(settings, world=with_discs([]))
-    v, _ = controlling.update(100)
-    certificate = controlling.out("certificate")
-    assert not certificate.certified
-    needed = v**2 / (2.0 * ROBOT.max_acceleration)
-    assert certificate.path[-1, 0] == pytest.approx(needed, abs=0.05 * v)
-
-
 def test_turns_to_the_short_term_goal_if_it_follows_the_roadmap() -> None:
     controlling = controlling_of(FoaBaseline(follows_roadmap=True), short_term_goal=[0.0, 3.0])
     assert controlling.update(20)[1] > 0.5

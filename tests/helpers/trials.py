@@ -49,20 +49,9 @@ def made_up(scenarios=("forest", "room"), methods=("star", "star_paper"), trials
                 outcome = "collision" if chance.random() < 0.15 * k / gap else "reached"
                 way = 13.0 + k * chance.random()
                 bow = chance.uniform(-1.0, 1.0)
-                records.append(
-                    record(
-                        scenario,
-                        method,
-                        trial,
-                        outcome,
-                        tightest_gap_m=gap,
-                        straight_line_m=straight,
-                        time_s=way / 0.7,
-                        path_length_m=way,
-                        path=[[0.5, 0.0], [6.0, bow], [11.0, 0.0]],
-                        **fields,
-                    )  # fmt: skip
-                )
+                driven = {"time_s": way / 0.7, "path_length_m": way, "path": [[0.5, 0.0], [6.0, bow], [11.0, 0.0]]}
+                given = {"tightest_gap_m": gap, "straight_line_m": straight}
+                records.append(record(scenario, method, trial, outcome, **driven, **given, **fields))
     header = make_header(
         make_cases(scenarios, ["star"]), 5, command=f"starnav benchmark {' '.join(scenarios)} --json a.jsonl"
     )

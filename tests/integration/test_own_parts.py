@@ -7,7 +7,6 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_starnav.errors import StarnavError
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.safety.zones import KeepOut, SpeedZone
@@ -106,18 +105,3 @@ def test_a_planner_of_ones_own_guides_our_controller(faults: list[str]) -> None:
     assert navigation.planner is beeline
     assert pose[0] > 0.5  # as far as the certificate lets it
     assert np.hypot(*(pose[:2] - (1.7, 0.1))) > 0.65
-
-
-@pytest.mark.parametrize(
-    "method, own, words",
-    [
-        ("star", {"controller": LeafSystem}, "controller is <class 'pydrake.*LeafSystem'>; allowed: a System of Drake"),
-        ("star", {"goal": "there"}, "goal is 'there'; allowed: a System of Drake"),
-        ("star", {"shield": True}, "shield is True; allowed: a System of Drake"),
-        ("star_paper", {"certificates": (Line(0.9),)}, "certificates of your own with parts that are not certified"),
-        ("foa", {"controller": Pursuit()}, "method foa has a controller, and you have one of your own; allowed: one"),
-    ],
-)
-def test_a_system_that_does_not_fit_is_refused(method: str, own: dict, words: str) -> None:
-    with pytest.raises(StarnavError, match=words):
-        add_navigation(DiagramBuilder(), posts(method=method), Parts(**own))

@@ -62,12 +62,6 @@ def test_no_error_and_no_network(page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("time", [0.0, 1.5, 4.0])
-def test_the_robot_is_where_it_was(page, time):
-    assert np.hypot(*(magenta(picture(page, time)) - pixel(SPEED * time, 0.0))) < 5.0
-
-
-@pytest.mark.slow
 def test_each_layer_shows_and_hides(page):
     time = 1.5
 

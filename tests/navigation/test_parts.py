@@ -51,11 +51,30 @@ class Elsewhere(LeafSystem):
             r"certificates\[1\] is a Certifying whose accepts\(motion\) is 'yes'; allowed: True or False",
         ),
         (Parts(certificates=(Certifying(None),)), r"whose accepts\(motion\) is None; allowed: True or False"),
+        (Parts(controller=LeafSystem), "controller is <class 'pydrake.*LeafSystem'>; allowed: a System of Drake"),
+        (Parts(goal="there"), "goal is 'there'; allowed: a System of Drake"),
+        (Parts(shield=True), "shield is True; allowed: a System of Drake"),
     ],
 )
 def test_parts_that_lack_something_are_refused_when_they_are_wired(parts: Parts, words: str) -> None:
     with pytest.raises(StarnavError, match=words):
         add_navigation(DiagramBuilder(), parse_scenario(NEAR, name="near"), parts)
+
+
+@pytest.mark.parametrize(
+    ("method", "parts", "words"),
+    [
+        ("star_paper", Parts(certificates=(Certifying(True),)), "certificates of your own with parts that are not"),
+        (
+            "foa",
+            Parts(controller=Elsewhere()),
+            "method foa has a controller, and you have one of your own; allowed",
+        ),
+    ],
+)
+def test_parts_that_a_method_does_not_leave_open_are_refused(method: str, parts: Parts, words: str) -> None:
+    with pytest.raises(StarnavError, match=words):
+        add_navigation(DiagramBuilder(), parse_scenario(NEAR, name="near", method=method), parts)
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,12 @@
-"""The planner's state, and what a new goal resets of it."""
+"""The planner's state, what a new goal resets of it, and the guidance."""
 
 import dataclasses
 
 import numpy as np
+import pytest
 
+from drake_starnav.errors import StarnavError
+from drake_starnav.planning.guidance import Guidance
 from drake_starnav.planning.parameters import PlannerParameters
 from drake_starnav.planning.state import ManoeuvreState, PlannerState, PlannerStatus, Progress, Route
 from drake_starnav.surroundings import Observation
@@ -37,3 +40,15 @@ def test_a_new_goal_keeps_the_map_and_resets_the_search() -> None:
     assert after.status is PlannerStatus.WAITING and not after.is_retrying
     assert not len(after.route.beyond) and after.route.exit is None, "nothing of the old way fails"
     assert not len(after.manoeuvre.poses) and not after.manoeuvre.has_given_up, "or is driven"
+
+
+def test_a_path_is_followed_to_its_end() -> None:
+    guidance = Guidance.along([(1.0, 0.0), (1.0, 2.0)])
+    assert guidance.arrives and guidance.path.tolist() == [[1.0, 0.0], [1.0, 2.0]]
+    assert len(Guidance.along([]).path) == 0
+
+
+@pytest.mark.parametrize("path", [[(1.0, 2.0, 0.5)], [1.0, 2.0], [(1.0, float("nan"))], np.zeros((2, 2, 2))])
+def test_an_invalid_path_is_rejected(path) -> None:
+    with pytest.raises(StarnavError, match=r"guidance: path has shape .*; allowed: \(k, 2\), finite x and y"):
+        Guidance.along(path)

@@ -58,19 +58,6 @@ def test_the_disc_moves_freely_as_far_as_stated_and_no_farther(seed, beams):
 
 @settings(max_examples=20)
 @given(seeds)
-def test_between_two_samples_the_smaller_one_bounds(seed):
-    rng = np.random.default_rng(seed)
-    scan = cast(scattered(rng))
-    samples = profile(scan).values
-    left = rng.integers(0, len(samples), 300)
-    angle = scan.angle_min + 2.0 * math.pi / len(samples) * (left + rng.random(300))
-    smaller = np.minimum(samples[left], samples[(left + 1) % len(samples)])
-    ends = smaller[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    assert (clearances(ends, scan.points()) - INFLATED).min() > -1e-9
-
-
-@settings(max_examples=20)
-@given(seeds)
 def test_no_slit_is_left_between_hits_of_one_surface(seed):
     scan = cast(scattered(np.random.default_rng(seed)), beams=120)
     samples = profile(scan).values

@@ -11,7 +11,6 @@ from drake_starnav.surroundings.erosion import SAME_SURFACE
 from drake_starnav.surroundings.recent_hits import RecentHits
 from drake_starnav.surroundings.scan_averaging import average_scan
 from drake_starnav.surroundings.surroundings import Surroundings
-from drake_starnav.utils.snapshot import replace_fields
 from drake_starnav.worlds.world import World
 from tests.helpers.scans import RADIUS, cast, noisy, observe_scan, seeds
 
@@ -122,18 +121,3 @@ def test_lost_beams_and_misses_stay_as_they_are(angle_min):
     assert np.isnan(out.ranges[10:14]).all() and np.isinf(out.ranges[30:34]).all()
     good = np.isfinite(ranges)
     np.testing.assert_allclose(out.ranges[good], ranges[good], atol=2e-3)
-
-
-def test_between_two_walls_the_way_stays_open_in_spite_of_the_noise():
-    room = RADIUS + 0.025
-    passage = World("passage", (0, 0, 0), (0, 0), bounds=(-3.0, -room, 3.0, room))
-    rng, pose, margin = np.random.default_rng(1), np.zeros(3), 0.01
-    seen, opened = Surroundings.unknown(), {"nearest": 0, "averaged": 0}
-    for _ in range(60):
-        scan = noisy(cast(passage, pose), 0.01, rng)
-        rest, mean = average_scan(seen.recent_hits, scan, pose, REACH)
-        for name, known, latest in (("averaged", rest, mean), ("nearest", seen.recent_hits, scan)):
-            seen = observe_scan(latest, pose, RADIUS + margin, 1.2, replace_fields(seen, recent_hits=known))
-            star = seen.certified_star
-            opened[name] += star.values[round(-star.bearing_0 / (2.0 * math.pi) * len(star.values))] > 0.2
-    assert opened["nearest"] < 5 and opened["averaged"] > 40

@@ -9,6 +9,7 @@ from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.se2 import find_pose_in_frame, transform_points
 from drake_starnav.lidar.laser_scan import LaserScan
 from drake_starnav.lidar.mounts import Mount
+from drake_starnav.surroundings.chords import BINS, Chords
 from drake_starnav.surroundings.margins import ViewRetention
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_history import (
@@ -143,3 +144,14 @@ def test_in_another_frame_looks_know_the_same() -> None:
     np.testing.assert_allclose(there.visible_ranges, look.visible_ranges, atol=1e-9)
     moved = replace_fields(look, robot_pose=np.array(there.pose))
     np.testing.assert_allclose(moved.chords.center, frame[:2])
+
+
+def test_the_disc_of_the_start_is_a_view_that_ends_at_what_is_seen() -> None:
+    wall = np.array(((0.2, -0.1, 0.2, 0.1), (-0.1, 0.25, 0.1, 0.25)))
+    seen = Chords(wall, np.array((True, False)), np.ones(2, bool), np.zeros(2))  # the second hides without being one
+    begun = InitialFreeDisc.of_radius(0.3).cut_by(seen, HERE)
+    ranges = begun.visible_ranges
+    assert ranges[0] == pytest.approx(0.2) and ranges[BINS // 4] == 0.3 == ranges.max()
+    beams = begun.beams
+    assert np.array_equal(beams.distances, ranges) and not (beams.kinds & 1).any()
+    assert beams.seam < math.inf and beams.increment == pytest.approx(2.0 * math.pi / BINS)

@@ -7,61 +7,29 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context
 
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC
 from drake_starnav.lidar.mounts import Mount, align_with_robot
 from drake_starnav.lidar.sensor_model import LidarParameters
 from drake_starnav.moving.parameters import DynamicObstacleParameters
-from drake_starnav.moving.tracker import TrackerState, track
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
-from tests.helpers.scans import silence
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
 
 OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
 SCENE = Scene(hall((2.0, 1.0, 0.3)), (0.25,), straight((1.5, -1.0), (0.0, 0.6)))
 
 
-def advance(simulator: Simulator, system: ObstacleTracker, context: Context, scans: int) -> None:
-    for k in range(scans):
-        system.GetInputPort("scan").FixValue(context, Value(SCENE.scan(k * PERIOD, np.zeros(3))))
-        simulator.AdvanceTo((k + 0.2) * PERIOD)
-
-
-def put_nothing(system: ObstacleTracker, context: Context) -> None:
-    system.GetInputPort("scan").FixValue(context, Value(silence()))
-    system.GetInputPort("pose").FixValue(context, np.zeros(3))
-
-
-def started() -> tuple[Simulator, ObstacleTracker, Context]:
+def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
     system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD))
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
-    put_nothing(system, context)
-    return simulator, system, context
-
-
-def test_it_tracks_as_the_function_does() -> None:
-    simulator, system, context = started()
-    advance(simulator, system, context, 30)
-    known = TrackerState()
-    for k in range(30):
-        known = track(known, SCENE.scan(k * PERIOD, np.zeros(3)), np.zeros(3), OBSTACLES)
-    tracks = system.GetOutputPort("tracks").Eval(context)
-    for name in vars(tracks):
-        np.testing.assert_array_equal(getattr(tracks, name), getattr(known.tracks, name))
-    assert tracks.is_confirmed.sum() == 1
-    scan = system.GetOutputPort("scan").Eval(context)
-    assert (scan.motion == DYNAMIC).any()
-    np.testing.assert_array_equal(scan.ranges, SCENE.scan(29 * PERIOD, np.zeros(3)).ranges)
-
-
-def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
-    simulator, system, context = started()
-    advance(simulator, system, context, 5)
+    system.GetInputPort("pose").FixValue(context, np.zeros(3))
+    for k in range(5):
+        system.GetInputPort("scan").FixValue(context, Value(SCENE.scan(k * PERIOD, np.zeros(3))))
+        simulator.AdvanceTo((k + 0.2) * PERIOD)
     before = system.GetOutputPort("tracks").Eval(context)
     simulator.AdvanceTo(5 * PERIOD)
     assert system.GetOutputPort("tracks").Eval(context) is before

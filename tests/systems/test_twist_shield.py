@@ -10,8 +10,6 @@ from pydrake.systems.analysis import Simulator
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
 from drake_starnav.moving.kalman_tracks import Tracks
-from drake_starnav.moving.parameters import DynamicObstacleParameters
-from drake_starnav.moving.prediction import add_radius
 from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.twist_shield import TwistShield, Unshielded
@@ -113,22 +111,3 @@ def test_commands_are_timed_where_they_are_asked_to_be() -> None:
     stopwatch = Stopwatch()
     shielding([0.5, 0.0], stopwatch=stopwatch).AdvanceTo(0.1)
     assert stopwatch.count("command") >= 0.1 * ControllerParameters().rate
-
-
-@pytest.mark.parametrize("now", [0.0, 2.0])
-@pytest.mark.parametrize(("scan_age", "lead"), [(0.5, None), (0.5, 0.0), (0.2, 0.3), (0.0, 0.5)])
-@pytest.mark.parametrize(("distance", "drives"), [(0.75, True), (0.66, False)])
-def test_what_may_move_has_had_time_to_come_since_the_scan_until_the_state(
-    now, scan_age, lead, distance, drives
-) -> None:
-    """At 0.8 m/s for 0.5 s, and until the robot has stopped again; it keeps its radius and 3 cm."""
-    place, yaw = np.array((1.0, 2.0)), 0.5
-    obstacles = DynamicObstacleParameters(max_speed=0.8, caution=1.0)
-    ahead = place + distance * np.array((np.cos(yaw), np.sin(yaw)))
-    tracks = Tracks(time=now - scan_age, hits=add_radius(ahead[None], 0.0), hit_track=np.array([-1]))
-    wide = only_star(np.full(720, 5.0), place)
-    ahead_of_time = {} if lead is None else {"state_lead": lead}
-    simulator = shielding([0.5, 0.0], wide, (*place, yaw), tracks=tracks, obstacles=obstacles, **ahead_of_time)
-    simulator.get_mutable_context().SetTime(now)
-    simulator.AdvanceTo(now + 0.01)
-    assert (out(simulator, "twist_command")[0] > 0.0) == drives
