@@ -48,16 +48,3 @@ def test_far_away_and_without_discs_nothing_changes(angle, velocity, moves, radi
     nothing = np.zeros((0, 2))
     around = modulate_around_movers(np.zeros(2), velocity, nothing, nothing, np.zeros(0))
     np.testing.assert_array_equal(around, velocity)
-
-
-@given(y=st.floats(0.05, 0.6), speed=st.floats(0.2, 1.5))
-def test_who_follows_it_is_never_touched(y: float, speed: float) -> None:
-    """By integration in small steps: a disc drives at one who wants to go the other way."""
-    place, disc, step = np.array((0.0, y)), np.array((3.0, 0.0)), 0.005
-    moves = np.array((-speed, 0.0))
-    for _ in range(round(5.0 / speed / step)):
-        if disc[0] < place[0] - 1.0:  # they have passed each other
-            break
-        velocity = modulate_around_movers(place, np.array((0.8, 0.0)), disc[None], moves[None], np.array([0.75]))
-        place, disc = place + step * velocity, disc + step * moves
-        assert math.dist(place, disc) > 0.75 - 0.02

@@ -19,45 +19,16 @@ from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.utils.snapshot import replace_fields
 from tests.helpers.motions import actuation, only_star
-from tests.helpers.scans import MARGINS, cast, observe_scan, seeds, view_of_hits
-from tests.helpers.scenes import hall
+from tests.helpers.scans import seeds, view_of_hits
 
 ROBOT = RobotParameters()
 OBSTACLES = DynamicObstacleParameters(max_speed=0.8)
-NOTHING = Tracks(time=0.0)
-AHEAD = Tracks(time=0.0, hits=np.array([(0.7, 0.0, 0.0)]), hit_track=np.array([-1]))
-
-
-def accepts(
-    star: Surroundings,
-    want: tuple[float, float],
-    tracks: Tracks = NOTHING,
-    v: float = 0.0,
-    margin: float = MARGINS.safety,
-) -> bool:
-    commands = actuation(ROBOT)
-    tracked = TrackedObstacles(tracks, 0.0, OBSTACLES)
-    asked = make_certificates(star, margin, commands, np.zeros(2), tracked)
-    return all_accept(roll_out(np.zeros(3), np.array((v, 0.0)), np.array(want), commands), asked)
-
-
-def seen(wall: float) -> Surroundings:
-    """What is certified in a hall whose column's face is `wall` (m) ahead."""
-    scan, pose = cast(hall((wall + 0.2, 0.0, 0.2))), np.zeros(3)
-    return observe_scan(scan, pose, ROBOT.radius + 0.01, 1.2)
 
 
 def of_hits(hits: np.ndarray, values: np.ndarray, reach: float) -> Surroundings:
     """Surroundings of earlier hits (n, 2), with a star by its boundary at M bearings, known up to `reach`; m."""
     views = ViewHistory.of_one_time((view_of_hits(hits, reach=reach),), ((0.0, 0.0, 0.0),), 0.0, Odometer())
     return replace_fields(only_star(values), current_views=views)
-
-
-def test_either_certificate_may_refuse() -> None:
-    assert accepts(seen(2.0), (0.8, 0.0), v=0.7)
-    assert not accepts(seen(0.5), (0.8, 0.0), v=0.7)  # what stays
-    assert not accepts(seen(2.0), (0.8, 0.0), AHEAD, v=0.7)  # what moves
-    assert accepts(seen(2.0), (-0.3, 0.0), AHEAD)
 
 
 @settings(max_examples=200, deadline=None)
@@ -104,11 +75,8 @@ def test_the_first_proposal_that_all_accept_is_taken_and_later_ones_are_not_aske
     assert not find_certified_twist(pose, still, desired, (slow, Slow(0.0)), actuation(ROBOT, hold=2.0))[1]
 
 
-def beside(clearance: float) -> Surroundings:
-    """A hit to the left of the robot; known up to 2 m."""
-    return of_hits(np.array([(0.0, ROBOT.radius + clearance)]), np.zeros(8), reach=2.0)
-
-
 @pytest.mark.parametrize(("clearance", "passes"), [(0.0025, True), (0.0015, False)])
 def test_without_a_margin_two_millimetres_are_kept(clearance: float, passes: bool) -> None:
-    assert accepts(beside(clearance), (0.3, 0.0), margin=0.0) == passes
+    beside = of_hits(np.array([(0.0, ROBOT.radius + clearance)]), np.zeros(8), reach=2.0)
+    driven = roll_out(np.zeros(3), np.zeros(2), np.array((0.3, 0.0)), actuation(ROBOT))
+    assert ClearanceCertificate(beside, 0.0, ROBOT.shape).accepts(driven) == passes
