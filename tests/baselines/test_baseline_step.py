@@ -12,6 +12,7 @@ from drake_starnav.baselines.foa import FoaBaseline
 from drake_starnav.baselines.known_obstacles import KnownObstacles, make_known_obstacles
 from drake_starnav.robot import RobotParameters
 from tests.helpers.motions import PERIOD, limited_twist
+from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
 SETTINGS = {"dsm": DsmBaseline(), "foa": FoaBaseline(), "foa_cluster": FoaBaseline(clusters=True), "dwa": DwaBaseline()}
@@ -38,8 +39,7 @@ def drive(settings, goal, *, target=None, post=False, seconds=12.0, pose=(0.0, 0
         desired, direction = step_baseline(inputs, settings)
         twist = limited_twist(twist, desired, ROBOT, PERIOD)
         assert np.hypot(*direction) == pytest.approx(1.0) or not direction.any()
-        heading = pose[2] + 0.5 * twist[1] * PERIOD
-        pose = pose + PERIOD * np.array((twist[0] * math.cos(heading), twist[0] * math.sin(heading), twist[1]))
+        pose = moved(pose, twist, PERIOD)
         twists.append(twist)
         poses.append(pose)
     return np.array(twists), np.array(poses)

@@ -9,6 +9,7 @@ from drake_starnav.baselines import dwa
 from drake_starnav.baselines.dwa import PERIOD, DwaBaseline
 from drake_starnav.robot import RobotParameters
 from tests.helpers.arrays import taking_lists
+from tests.helpers.scenes import moved
 
 dwa_twist = taking_lists(dwa.choose_dwa_twist)
 ROBOT = RobotParameters()
@@ -67,8 +68,7 @@ def test_can_stop_at_the_goal():
     pose, twist = np.zeros(3), np.zeros(2)
     for _ in range(200):
         twist = np.array(dwa_twist(pose, twist, [2.0, 1.0], NOTHING, ROBOT, MARGIN))
-        middle = pose[2] + 0.5 * twist[1] * PERIOD
-        pose = pose + PERIOD * np.array((twist[0] * math.cos(middle), twist[0] * math.sin(middle), twist[1]))
+        pose = moved(pose, twist, PERIOD)
         if math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1:
             break
     assert math.hypot(pose[0] - 2.0, pose[1] - 1.0) < 0.1

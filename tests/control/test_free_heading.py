@@ -16,6 +16,7 @@ from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.worlds.world import World
 from tests.helpers.motions import stepped
 from tests.helpers.scans import MARGINS, RADIUS, cast, distance, observe_scan, seeds
+from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
 PARAMETERS = ControllerParameters()
@@ -79,26 +80,17 @@ def test_a_robot_however_far_within_the_margin_is_led_along_the_wall_and_off_it(
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_one_short_hit_on_one_of_two_walls_does_not_stop_the_robot_between_them(side):
     room = MARGIN + 0.005
-    walls = [(-2.0, -(RADIUS + room), 6.0, -(RADIUS + room + 0.2)), (-2.0, RADIUS + room, 6.0, RADIUS + room + 0.2)]
-    corridor = World(
-        "corridor",
-        (0.0, 0.0, 0.0),
-        (5.0, 0.0),
-        polygons=[np.array(((a, b), (c, b), (c, d), (a, d))) for a, b, c, d in walls],
-        bounds=(-3.0, -2.0, 7.0, 2.0),
+    corridor = World("corridor", (0, 0, 0), (5, 0), bounds=(-3.0, -(RADIUS + room), 7.0, RADIUS + room))
+    goal, pose, twist, places = (
+        Guidance(np.array(((5.0, 0.0),)), False, RegionUnion.none()),
+        np.zeros(3),
+        np.zeros(2),
+        [],
     )
-    goal = Guidance(np.array(((5.0, 0.0),)), False, RegionUnion.none())
-
-    def driven() -> np.ndarray:
-        pose, twist = np.zeros(3), np.zeros(2)
-        places = [pose[:2]]
-        for _ in range(200):
-            star = star_with_one_short_hit(corridor, pose, side * math.pi / 2.0, 0.008)
-            twist, _ = stepped(ControllerInputs(pose, twist, goal, star), PARAMETERS, ROBOT)
-            pose = pose + (twist[0] * math.cos(pose[2]) / 50.0, twist[0] * math.sin(pose[2]) / 50.0, twist[1] / 50.0)
-            places.append(pose[:2])
-        return np.array(places)
-
-    goes = driven()
-    assert goes[-1, 0] > 0.5
-    assert distance(corridor, goes).min() >= RADIUS
+    for _ in range(200):
+        star = star_with_one_short_hit(corridor, pose, side * math.pi / 2.0, 0.008)
+        twist, _ = stepped(ControllerInputs(pose, twist, goal, star), PARAMETERS, ROBOT)
+        pose = moved(pose, twist, 1.0 / 50.0)
+        places.append(pose[:2])
+    assert places[-1][0] > 0.5
+    assert distance(corridor, np.array(places)).min() >= RADIUS

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from drake_starnav.geometry.footprint import Footprint
-from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.manoeuvres.manoeuvre import plan_with_manoeuvres
 from drake_starnav.planning import PlannerInput, PlannerParameters, PlannerState, PlannerStatus, plan_step, planner
-from drake_starnav.planning.closures import CLOSED_AHEAD, LEAST_CLOSURE_DISTANCE, close_path, reopen_closures
+from drake_starnav.planning.closures import LEAST_CLOSURE_DISTANCE, close_path, reopen_closures
 from drake_starnav.planning.roadmap import CLOSURE_RADIUS, ClosedPlaces
 from drake_starnav.planning.state import ManoeuvreState
 from drake_starnav.surroundings import Observation
@@ -26,22 +25,6 @@ PARAMETERS = PlannerParameters()
 def failed(state: PlannerState) -> np.ndarray:
     """Where ways failed, shape (k, 2), W, m."""
     return state.roadmap.closures.failed_places
-
-
-def test_where_a_robot_makes_no_progress_its_way_is_closed():
-    states = drive(BAFFLES, PARAMETERS, steps=int(4.2 / PERIOD) + 1, speed=0.0)
-    first, last = states[0], states[-1]
-    assert not len(failed(first))
-    ((x, y),) = failed(last)
-    assert LEAST_CLOSURE_DISTANCE * RADIUS - 1e-9 <= np.hypot(x, y) < CLOSED_AHEAD * RADIUS + CLOSURE_RADIUS * RADIUS
-    way = np.vstack((np.zeros(2), first.route.path))
-    assert distance_to_way(failed(last), way)[0] < RADIUS
-    assert (np.hypot(*(last.route.path - (x, y)).T) > CLOSURE_RADIUS * RADIUS).all()
-    for region in last.roadmap.regions:
-        assert (
-            region.contains(BAFFLES.start[:2])
-            and not region.contains(ring((x, y), 0.95 * CLOSURE_RADIUS * RADIUS)).any()
-        )
 
 
 @pytest.mark.parametrize(("averted", "turning"), [(1.0, 0.0), (2.0, 0.0), (np.pi - 0.1, 0.0), (1.0, 0.8), (2.0, -0.8)])
@@ -163,11 +146,6 @@ def test_a_passage_that_scans_show_open_is_never_given_up():
 def ring(place: np.ndarray, radius: float) -> np.ndarray:
     angle = np.linspace(0.0, 2.0 * np.pi, 60)
     return place + radius * np.column_stack((np.cos(angle), np.sin(angle)))
-
-
-def distance_to_way(points: np.ndarray, way: np.ndarray) -> np.ndarray:
-    legs = [measure_segment_distance(points, a, b) for a, b in zip(way[:-1], way[1:], strict=True)]
-    return np.min(legs, axis=0)
 
 
 def wall_with_door(half: float) -> World:

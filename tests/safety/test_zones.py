@@ -14,6 +14,7 @@ from drake_starnav.safety.shield import find_certified_twist, ramp_twist
 from drake_starnav.safety.zones import KeepOut, SpeedZone
 from tests.helpers.motions import PERIOD, actuation
 from tests.helpers.scans import seeds
+from tests.helpers.scenes import moved
 
 ROBOT = RobotParameters()
 SQUARE = np.array([(1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (1.0, 0.5)])
@@ -44,10 +45,7 @@ def driven(certificate, seed: int, speed: float = 0.8) -> tuple[np.ndarray, np.n
             omega = rng.uniform(-1.0, 1.0)
         target, _ = find_certified_twist(pose, twist, np.array((speed, omega)), (certificate,), commands)
         after = np.array(ramp_twist(twist, target, commands))
-        v, turn = 0.5 * (twist + after)
-        middle = pose[2] + 0.5 * turn * PERIOD
-        pose = pose + PERIOD * np.array((v * np.cos(middle), v * np.sin(middle), turn))
-        twist = after
+        pose, twist = moved(pose, 0.5 * (twist + after), PERIOD), after
         places.append(pose[:2])
         speeds.append(abs(twist[0]))
     return np.array(places), np.array(speeds)

@@ -1,7 +1,6 @@
 """The controller and its shield: guidance is followed within limits, and nothing uncertain is driven into."""
 
 import inspect
-import math
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from drake_starnav.systems.twist_shield import TwistShield
 from tests.helpers.controlling import PERIOD, Controlling
 from tests.helpers.motions import only_star
 from tests.helpers.scans import MARGINS
+from tests.helpers.scenes import moved
 
 ROBOT, PARAMETERS = RobotParameters(), ControllerParameters()
 WIDE = only_star(np.full(720, 5.0))
@@ -55,15 +55,11 @@ def test_certificate_path_is_where_the_robot_stops_when_sight_is_lost() -> None:
     assert not controlling.out("certificate").certified
     promised = controlling.out("certificate").path[-1]
     pose = np.zeros(3)
-    v, omega = twist
     for _ in range(60):
-        after = controlling.update()
-        v, omega = 0.5 * (v + after[0]), 0.5 * (omega + after[1])
-        heading = pose[2] + 0.5 * omega * PERIOD
-        pose += PERIOD * np.array([v * math.cos(heading), v * math.sin(heading), omega])
-        controlling.put("state", [*pose, *after])
-        v, omega = after
-    assert v == 0.0
+        before, twist = twist, controlling.update()
+        pose = moved(pose, 0.5 * (twist + before), PERIOD)
+        controlling.put("state", [*pose, *twist])
+    assert twist[0] == 0.0
     assert np.hypot(*(pose[:2] - promised[:2])) < 0.02
 
 

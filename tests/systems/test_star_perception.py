@@ -17,7 +17,6 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.systems.star_perception import StarPerception
-from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds.world import World
 from tests.helpers.mounts import CORNERS, looks
 from tests.helpers.scans import MARGINS, cast
@@ -34,8 +33,8 @@ POSE = np.array([0.1, -0.2, 0.4])
 class Perceived:
     """A perception with a simulator, whose inputs are fixed by hand."""
 
-    def __init__(self, stopwatch: Stopwatch | None = None, margins: Margins = MARGINS, certifies: bool = True) -> None:
-        self.system = StarPerception(ROBOT, margins, LIDAR, certifies=certifies, stopwatch=stopwatch)
+    def __init__(self, margins: Margins = MARGINS, certifies: bool = True) -> None:
+        self.system = StarPerception(ROBOT, margins, LIDAR, certifies=certifies)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
 
@@ -81,16 +80,6 @@ def test_a_scan_is_seen_at_once_whenever_it_comes() -> None:
     assert second.scan.time == 0.3 / RATE
     perceived.simulator.AdvanceTo(2.5 / RATE)
     assert perceived.out("observation") is second
-
-
-def test_a_scan_that_was_seen_is_not_taken_for_a_new_one() -> None:
-    stopwatch = Stopwatch()
-    perceived = Perceived(stopwatch)
-    perceived.see(POST)
-    perceived.update()
-    first = perceived.out("observation")
-    perceived.update(silent=True)
-    assert perceived.out("observation") is first and len(stopwatch.seconds["scan"]) == 1
 
 
 def test_a_silent_sensor_certifies_nothing_until_a_scan_comes() -> None:

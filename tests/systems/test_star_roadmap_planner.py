@@ -156,20 +156,6 @@ def test_a_pause_of_the_sensor_is_no_stall() -> None:
         assert len(planning.roadmap) == nodes, pause
 
 
-def test_an_update_that_changes_nothing_leaves_the_state_alone() -> None:
-    planning = Planning(goal=IN_SIGHT)
-    planning.see(OPEN)
-    planning.update()
-    before = planning.simulator.get_num_unrestricted_updates()
-    for _ in range(3):
-        planning.update()
-    assert planning.simulator.get_num_unrestricted_updates() == before
-    planning.see(OPEN, POSE + (0.2, 0.0, 0.0))  # progress is noted, and kept when another scan is due
-    for _ in range(5):
-        planning.update()
-    assert planning.simulator.get_num_unrestricted_updates() == before + 1
-
-
 def test_a_moved_goal_is_taken_up_at_once() -> None:
     planning = Planning(goal=IN_SIGHT)
     planning.see(OPEN)
