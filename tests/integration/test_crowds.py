@@ -54,13 +54,6 @@ def test_it_makes_way_for_one_that_comes_head_on(
     assert np.abs(run.poses[:, 1]).max() > 0.3  # not by luck
 
 
-def test_it_goes_out_of_the_way_of_one_that_comes_from_behind() -> None:
-    standing = np.array((0.0, 0.0, 0.0))
-    behind = Scene(hall(), (0.3,), straight((-3.0, 0.05), (0.5, 0.0)))
-    run = drive(behind, standing, np.array((0.35, 0.0)), DynamicObstacleParameters(max_speed=0.8), duration=12.0)
-    assert run.outcome == "reached"
-
-
 def test_nothing_that_moved_is_left_in_the_roadmap() -> None:
     scene = pacing(np.array([(1.0, 1.0), (0.0, -2.0)]), np.array([(-0.4, 0.2), (0.3, 0.4)]), 3.5)
     run = drive(scene, START, GOAL, STRICT, duration=6.0)

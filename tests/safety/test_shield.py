@@ -5,15 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drake_starnav.robot import BASES, RobotParameters
 from drake_starnav.robot.motion import roll_out
 from drake_starnav.safety.clear import STOPPED_DISTANCE, ClearanceCertificate
 from drake_starnav.safety.shield import find_certified_twist, ramp_twist, shield_twist
 from drake_starnav.surroundings.surroundings import Surroundings
-from tests.helpers.motions import actuation, limited_twist, only_star
+from tests.helpers.motions import actuation, only_star
 
 ROBOT = RobotParameters()
 REFUSING = type("Refusing", (), {"accepts": lambda self, motion: False})()
@@ -73,14 +71,3 @@ def test_a_robot_that_may_drive_nowhere_turns_if_it_stops_within_a_millimetre(br
     steering, steered = dataclasses.replace(robot, base="car"), np.array((0.0, 0.7))
     target, _ = find_certified_twist(np.zeros(3), steered, desired[1:], (REFUSING,), actuation(steering))
     assert tuple(target) == (0.0, 0.7)
-
-
-@given(st.tuples(st.floats(-0.8, 0.8), st.floats(-2.0, 2.0)), st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)))
-def test_a_period_s_twist_keeps_speeds_and_accelerations(twist, desired) -> None:
-    after = limited_twist(np.array(twist), np.array(desired), ROBOT, 0.02)
-    largest = np.array((ROBOT.max_speed, ROBOT.max_yaw_rate))
-    change = 0.02 * np.array((ROBOT.max_acceleration, ROBOT.max_yaw_acceleration))
-    assert (np.abs(after) <= largest + 1e-12).all()
-    assert (np.abs(after - twist) <= change + 1e-12).all()
-    reachable = np.abs(np.clip(desired, -largest, largest) - twist) <= change
-    np.testing.assert_allclose(after[reachable], np.clip(desired, -largest, largest)[reachable], atol=1e-12)

@@ -3,31 +3,27 @@
 import math
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.geometry.footprint import disc, footprint
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.robot import BASES
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE, Arrival, GoalSequence, TurningRoom
+from tests.helpers.alone import Alone
 
 PERIOD = 0.1
 
 
-class Visited:
+class Visited(Alone):
     """A sequence whose robot is moved by hand."""
 
     def __init__(self, *goals: tuple[float, ...], base: str = "differential") -> None:
-        self.system = GoalSequence(goals, tolerance=0.3, period=PERIOD, footprint=disc(2.0), base=BASES[base])
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
+        super().__init__(GoalSequence(goals, tolerance=0.3, period=PERIOD, footprint=disc(2.0), base=BASES[base]))
 
     def at(self, x: float, y: float, yaw: float = 0.0, omega: float = 0.0) -> tuple[list[float], float, list[float]]:
         """Goal, heading and times one period after the robot came to a pose."""
-        self.system.GetInputPort("state").FixValue(self.context, [x, y, yaw, 0.0, omega])
-        self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
-        goal, heading, reached = (
-            self.system.GetOutputPort(name).Eval(self.context) for name in ("goal", "heading", "reached")
-        )
+        self.put("state", [x, y, yaw, 0.0, omega])
+        self.advance(PERIOD)
+        goal, heading, reached = map(self.out, ("goal", "heading", "reached"))
         return goal.tolist(), float(heading[0]), reached[np.isfinite(reached)].tolist()
 
 

@@ -3,12 +3,11 @@
 import dataclasses
 
 import numpy as np
-from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.surroundings.view import View
 from drake_starnav.surroundings.view_history import Odometer, ViewHistory
 from drake_starnav.systems.jump_guard import JumpGuard
+from tests.helpers.alone import Alone
 from tests.helpers.motions import only_star
 
 RATE = 50.0
@@ -16,24 +15,21 @@ VIEW = ViewHistory.of_one_time((View.none(),), (np.zeros(3),), 0.0, Odometer())
 OPEN = dataclasses.replace(only_star(np.full(720, 1.0)), current_views=VIEW, time=0.0)
 
 
-class Guarded:
-    """A guard whose inputs are fixed by hand."""
+class Guarded(Alone):
+    """A guard."""
 
     def __init__(self, rolling: bool = False, holonomic: bool = False) -> None:
-        self.system = JumpGuard(tolerance=0.02, rate=RATE, rolling=rolling, holonomic=holonomic)
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
-        self.system.GetInputPort("state").FixValue(self.context, np.zeros(5))
+        system = JumpGuard(tolerance=0.02, rate=RATE, rolling=rolling, holonomic=holonomic)
+        super().__init__(system, state=np.zeros(5))
         self.scanned(0.0)
 
     def scanned(self, time: float, previous: float = 0.0) -> None:
-        star = dataclasses.replace(OPEN, time=time, previous_time=previous)
-        self.system.GetInputPort("surroundings").FixValue(self.context, Value(star))
+        self.put("surroundings", dataclasses.replace(OPEN, time=time, previous_time=previous))
 
     def certifies(self, x: float, y: float = 0.0, v: float = 0.0) -> bool:
         """Let one period pass, the robot at (x, y) at its end."""
-        self.simulator.AdvanceTo(self.context.get_time() + 1.0 / RATE)
-        self.system.GetInputPort("state").FixValue(self.context, [x, y, 0.0, v, 0.0])
+        self.advance(1.0 / RATE)
+        self.put("state", [x, y, 0.0, v, 0.0])
         return self.system.get_output_port().Eval(self.context).has_views
 
 
@@ -45,8 +41,8 @@ def test_driving_is_no_jump() -> None:
 def test_driving_is_no_jump_between_two_updates_either() -> None:
     guard = Guarded()
     assert guard.certifies(0.0) and guard.certifies(3.0 / RATE, v=3.0)
-    guard.simulator.AdvanceTo(guard.context.get_time() + 0.1 / RATE)
-    guard.system.GetInputPort("state").FixValue(guard.context, [3.3 / RATE, 0.0, 0.0, 3.0, 0.0])
+    guard.advance(0.1 / RATE)
+    guard.put("state", [3.3 / RATE, 0.0, 0.0, 3.0, 0.0])
     assert guard.system.get_output_port().Eval(guard.context).has_views
 
 

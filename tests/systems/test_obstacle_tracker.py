@@ -5,8 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.geometry.se2 import compose_poses
 from drake_starnav.lidar.laser_scan import DYNAMIC
@@ -16,6 +14,7 @@ from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.navigation import make_diagram
 from drake_starnav.scenario.scenario_file import parse_scenario
 from drake_starnav.systems.obstacle_tracker import ObstacleTracker
+from tests.helpers.alone import Alone
 from tests.helpers.scenes import PERIOD, Scene, hall, straight
 
 OBSTACLES = DynamicObstacleParameters(max_speed=1.0)
@@ -23,21 +22,18 @@ SCENE = Scene(hall((2.0, 1.0, 0.3)), (0.25,), straight((1.5, -1.0), (0.0, 0.6)))
 
 
 def test_a_scan_that_says_nothing_or_is_known_changes_nothing() -> None:
-    system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD))
-    simulator = Simulator(system)
-    context = simulator.get_mutable_context()
-    system.GetInputPort("pose").FixValue(context, np.zeros(3))
+    alone = Alone(ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD)), pose=np.zeros(3))
     for k in range(5):
-        system.GetInputPort("scan").FixValue(context, Value(SCENE.scan(k * PERIOD, np.zeros(3))))
-        simulator.AdvanceTo((k + 0.2) * PERIOD)
-    before = system.GetOutputPort("tracks").Eval(context)
-    simulator.AdvanceTo(5 * PERIOD)
-    assert system.GetOutputPort("tracks").Eval(context) is before
+        alone.put("scan", SCENE.scan(k * PERIOD, np.zeros(3)))
+        alone.simulator.AdvanceTo((k + 0.2) * PERIOD)
+    before = alone.out("tracks")
+    alone.simulator.AdvanceTo(5 * PERIOD)
+    assert alone.out("tracks") is before
     scan = SCENE.scan(6 * PERIOD, np.zeros(3))
     lost = dataclasses.replace(scan, ranges=np.full_like(scan.ranges, np.nan), lost_beams=True)
-    system.GetInputPort("scan").FixValue(context, Value(lost))
-    simulator.AdvanceTo(6.2 * PERIOD)
-    assert system.GetOutputPort("tracks").Eval(context) is before
+    alone.put("scan", lost)
+    alone.simulator.AdvanceTo(6.2 * PERIOD)
+    assert alone.out("tracks") is before
 
 
 def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
@@ -57,17 +53,15 @@ def test_it_is_wired_only_where_obstacles_are_declared_to_move() -> None:
 )
 def test_what_moves_is_tracked_where_it_is_wherever_the_lidar_is_mounted(mount: Mount) -> None:
     """Turned, upside down or off the axis; and the scan comes out as it went in, but for what moves."""
-    system = ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD), (mount,))
-    simulator = Simulator(system)
-    context, pose = simulator.get_mutable_context(), np.array((-0.5, 0.3, 0.4))
-    system.GetInputPort("pose").FixValue(context, pose)
+    pose = np.array((-0.5, 0.3, 0.4))
+    alone = Alone(ObstacleTracker(OBSTACLES, LidarParameters(rate=1.0 / PERIOD), (mount,)), pose=pose)
     for k in range(30):
         scan = SCENE.scan(k * PERIOD, compose_poses(pose, mount[:3]))
         if mount.upside_down:
             scan = align_with_robot(scan, Mount(0.0, 0.0, 0.0, True))
-        system.GetInputPort("scan").FixValue(context, Value(scan))
-        simulator.AdvanceTo((k + 0.2) * PERIOD)
-    tracks, out = (system.GetOutputPort(name).Eval(context) for name in ("tracks", "scan"))
+        alone.put("scan", scan)
+        alone.simulator.AdvanceTo((k + 0.2) * PERIOD)
+    tracks, out = map(alone.out, ("tracks", "scan"))
     assert tracks.is_confirmed.sum() == 1
     assert math.dist(tracks.position[tracks.is_confirmed][0], SCENE.at(29 * PERIOD)[0]) < 0.06
     np.testing.assert_array_equal(out.ranges, scan.ranges)

@@ -1,41 +1,35 @@
 """The matcher between a robot whose odometry errs and its planner."""
 
+import dataclasses
+
 import numpy as np
 import pytest
-from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.geometry.se2 import compose_poses, invert_pose, transform_points
 from drake_starnav.localization.scan_matching import OdometryError
 from drake_starnav.planning.guidance import Guidance
 from drake_starnav.robot.motion import BrakingMotion
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.surroundings.surroundings import Surroundings
 from drake_starnav.systems.scan_matcher import ScanMatcher
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, RADIUS, cast, observe_scan
+from tests.helpers.alone import Alone
+from tests.helpers.scans import RADIUS, cast, observe_scan, observed
 
 RATE, DRIFT = 20.0, 0.1
 ROOM = World("room", (0, 0, 0), (0, 0), cylinders=[(1.0, 1.2, 0.3), (-1.2, 0.9, 0.2)], bounds=(-3.0, -2.0, 3.0, 2.0))
 PATH = np.array([(0.5, 0.2), (1.5, -0.4)])
 
 
-class Matching:
-    """A matcher whose inputs are fixed by hand."""
+class Matching(Alone):
+    """A matcher."""
 
     def __init__(self) -> None:
-        self.system = ScanMatcher(OdometryError(DRIFT, 0.0, 0.01))
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
-        self.put("guidance", Value(Guidance.along(PATH)))
-        self.put("certificate", Value(BrakingMotion(True, np.array([(1.0, 0.0, 0.5)]))))
-        self.put("observation", Value(Observation.none()))
-        self.put("surroundings", Value(Surroundings.unknown()))
+        super().__init__(ScanMatcher(OdometryError(DRIFT, 0.0, 0.01)), guidance=Guidance.along(PATH))
+        self.put("certificate", BrakingMotion(True, np.array([(1.0, 0.0, 0.5)])))
+        self.put("observation", Observation.none())
+        self.put("surroundings", Surroundings.unknown())
         self.believe(np.zeros(3))
-
-    def put(self, name: str, value) -> None:
-        self.system.GetInputPort(name).FixValue(self.context, value)
 
     def believe(self, pose: np.ndarray) -> None:
         self.put("state", np.array((*pose, 0.8, -0.1)))
@@ -43,17 +37,11 @@ class Matching:
 
     def see(self, pose: np.ndarray, believed: np.ndarray) -> None:
         """Stand at a true pose, believe another, scan, and let one period pass."""
-        time = self.context.get_time()
-        scan = cast(ROOM, pose)
-        object.__setattr__(scan, "time", time)
-        region = make_scan_region(scan, believed, RADIUS, MARGINS)
-        self.put("observation", Value(Observation(region, scan, believed)))
-        self.put("surroundings", Value(observe_scan(scan, believed, RADIUS, 1.0)))
+        scan = dataclasses.replace(cast(ROOM, pose), time=self.context.get_time())
+        self.put("observation", observed(scan, believed))
+        self.put("surroundings", observe_scan(scan, believed, RADIUS, 1.0))
         self.believe(believed)
-        self.simulator.AdvanceTo(time + 1.0 / RATE)
-
-    def out(self, name: str):
-        return self.system.GetOutputPort(name).Eval(self.context)
+        self.advance(1.0 / RATE)
 
 
 @pytest.fixture
@@ -84,7 +72,7 @@ def test_what_the_planner_sees_is_where_it_truly_is(driven) -> None:
 def test_what_the_controller_is_told_lies_in_its_own_frame(driven) -> None:
     matching, _, believed = driven
     correction = compose_poses(matching.out("pose"), invert_pose(believed))
-    matching.put("guidance", Value(Guidance(PATH, False, Guidance.none().regions)))
+    matching.put("guidance", Guidance(PATH, False, Guidance.none().regions))
     guidance = matching.out("guidance")
     assert not guidance.arrives
     np.testing.assert_allclose(transform_points(correction, guidance.path), PATH, atol=1e-9)
@@ -98,5 +86,5 @@ def test_a_scan_is_only_used_once(driven) -> None:
     matching, _, believed = driven
     before = matching.out("pose")
     matching.believe(believed)
-    matching.simulator.AdvanceTo(matching.context.get_time() + 1.0)
+    matching.advance(1.0)
     assert np.array_equal(matching.out("pose"), before)

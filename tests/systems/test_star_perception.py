@@ -5,8 +5,6 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
-from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
@@ -18,6 +16,7 @@ from drake_starnav.surroundings.margins import SCAN_PATIENCE, Margins
 from drake_starnav.surroundings.observation import Observation
 from drake_starnav.systems.star_perception import StarPerception
 from drake_starnav.worlds.world import World
+from tests.helpers.alone import Alone
 from tests.helpers.mounts import CORNERS, looks
 from tests.helpers.scans import MARGINS, cast
 
@@ -30,34 +29,29 @@ EMPTY = World("empty", (0, 0, 0), (0, 0), bounds=WALLS)
 POSE = np.array([0.1, -0.2, 0.4])
 
 
-class Perceived:
-    """A perception with a simulator, whose inputs are fixed by hand."""
+class Perceived(Alone):
+    """A perception."""
 
     def __init__(self, margins: Margins = MARGINS, certifies: bool = True) -> None:
-        self.system = StarPerception(ROBOT, margins, LIDAR, certifies=certifies)
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
+        super().__init__(StarPerception(ROBOT, margins, LIDAR, certifies=certifies))
 
     def see(self, world: World, pose: np.ndarray = POSE) -> LaserScan:
         """Put a scan of the world before the next update."""
         self.world, self.shown = world, pose
         scan = self._show()
-        self.system.GetInputPort("pose").FixValue(self.context, pose)
+        self.put("pose", pose)
         return scan
 
     def _show(self) -> LaserScan:
         scan = dataclasses.replace(cast(self.world, self.shown), time=self.context.get_time())
-        self.system.GetInputPort("scan").FixValue(self.context, Value(scan))
+        self.put("scan", scan)
         return scan
 
     def update(self, silent: bool = False) -> None:
         """Let one period pass, with another scan like the last one at its beginning."""
         if not silent:
             self._show()
-        self.simulator.AdvanceTo(self.context.get_time() + 1.0 / RATE)
-
-    def out(self, name: str):
-        return self.system.GetOutputPort(name).Eval(self.context)
+        self.advance(1.0 / RATE)
 
 
 def test_the_certificate_takes_smoothed_ranges_only_if_told_to() -> None:
@@ -100,7 +94,7 @@ def test_a_scan_without_a_valid_beam_is_none() -> None:
     perceived = Perceived()
     scan = perceived.see(EMPTY)
     lost = dataclasses.replace(scan, ranges=np.full(len(scan.ranges), np.nan), lost_beams=True)
-    perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(lost))
+    perceived.put("scan", lost)
     perceived.update(silent=True)
     assert not perceived.out("surroundings").certified_star.values.any()
     assert perceived.out("observation").region is None  # a planner that sees nothing waits
@@ -119,8 +113,8 @@ def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict
     scan = dataclasses.replace(cast(POST, POSE, **view), time=0.001)
     for certifies in (True, False):
         perceived = Perceived(certifies=certifies)
-        perceived.system.GetInputPort("pose").FixValue(perceived.context, POSE)
-        perceived.system.GetInputPort("scan").FixValue(perceived.context, Value(scan))
+        perceived.put("pose", POSE)
+        perceived.put("scan", scan)
         with pytest.raises(StarnavError, match=words) if certifies else nullcontext():
             perceived.update(silent=True)
     assert perceived.out("observation").region is not None
@@ -128,27 +122,23 @@ def test_with_the_certificate_a_lidar_that_sees_too_little_is_refused(view: dict
 
 def test_scans_of_several_lidars_count_once_each_has_one_and_while_none_is_old() -> None:
     mounts = [lidar.mount for lidar in CORNERS]
-    system = StarPerception(ROBOT, MARGINS, LIDAR, mounts=mounts)
-    context = system.CreateDefaultContext()
-    scans = looks(POST, CORNERS, POSE)
-    system.GetInputPort("pose").FixValue(context, POSE)
+    alone, scans = Alone(StarPerception(ROBOT, MARGINS, LIDAR, mounts=mounts), pose=POSE), looks(POST, CORNERS, POSE)
 
     def show(*times: float) -> Observation:
-        context.SetTime(max(times))
+        alone.context.SetTime(max(times))
         for name, scan, time in zip(("scan", "scan_2"), scans, times, strict=True):
-            timed = dataclasses.replace(scan, time=time, scan_time=1.0 / RATE)
-            system.GetInputPort(name).FixValue(context, Value(timed))
-        return system.GetOutputPort("observation").Eval(context)
+            alone.put(name, dataclasses.replace(scan, time=time, scan_time=1.0 / RATE))
+        return alone.out("observation")
 
     assert show(0.05, 0.0).region is None, "where the second one was taken is not known"
     seen = show(0.05, 0.05)
     assert seen.region is not None and seen.scan.full_circle and seen.scan.time == 0.05
     assert np.array_equal(seen.pose, POSE)
-    hits = system.GetOutputPort("surroundings").Eval(context).certified_star.boundary.points
+    hits = alone.out("surroundings").certified_star.boundary.points
     away = np.abs(np.hypot(*(hits - (0.9, 0.0)).T) - 0.2)
     assert len(hits) > 30 and np.sort(away)[:20].max() < 1e-6
     last = 0.05 + SCAN_PATIENCE / RATE
     assert show(0.07, 0.05).scan.time == 0.07 and show(last, 0.05).scan.time == last
     assert show(last + 0.05, 0.05).scan.time == last, "the second one is silent"
     assert show(last + 0.05, last + 0.1).scan.time == last + 0.1
-    assert system._perception.dropped(context) == 0
+    assert alone.system._perception.dropped(alone.context) == 0

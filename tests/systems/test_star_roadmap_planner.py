@@ -4,19 +4,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.lidar.sensor_model import LidarParameters
-from drake_starnav.planning import PlannerParameters, PlannerStatus, StarRoadmap
+from drake_starnav.planning import PlannerParameters, PlannerStatus
 from drake_starnav.robot import RobotParameters
 from drake_starnav.safety import KeepOut
 from drake_starnav.surroundings import Observation
-from drake_starnav.surroundings.star_region import make_scan_region
 from drake_starnav.systems.star_roadmap_planner import STANDSTILL, StarRoadmapPlanner
 from drake_starnav.worlds.world import World
-from tests.helpers.scans import MARGINS, cast, observe_scan
+from tests.helpers.alone import Alone
+from tests.helpers.scans import MARGINS, cast, observe_scan, observed
 
 ROBOT, PARAMETERS = RobotParameters(), PlannerParameters()
 LIDAR = LidarParameters()
@@ -29,36 +27,21 @@ SCREEN = World(
 IN_SIGHT, BEHIND = np.array([2.5, 0.4]), np.array([4.0, 0.0])
 
 
-class Planning:
-    """A planner with a simulator, whose inputs are fixed by hand."""
+class Planning(Alone):
+    """A planner."""
 
     def __init__(self, goal: np.ndarray = BEHIND, **options) -> None:
-        self.system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, **options)
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
-        self.put("observation", Value(Observation.none()))
-        self.put("pose", POSE)
-        self.put("goal", goal)
-
-    def put(self, name: str, value) -> None:
-        self.system.GetInputPort(name).FixValue(self.context, value)
+        system = StarRoadmapPlanner(ROBOT, PARAMETERS, MARGINS, **options)
+        super().__init__(system, observation=Observation.none(), pose=POSE, goal=goal)
 
     def see(self, world: World, pose: np.ndarray = POSE) -> None:
         """Stand at a pose and put what is seen from there before the next update."""
         scan = dataclasses.replace(cast(world, pose), time=self.context.get_time())
-        region = make_scan_region(scan, pose, ROBOT.radius, MARGINS)
-        self.put("observation", Value(Observation(region, scan, pose)))
+        self.put("observation", observed(scan, pose))
         self.put("pose", pose)
 
     def update(self) -> None:
-        self.simulator.AdvanceTo(self.context.get_time() + PERIOD)
-
-    @property
-    def roadmap(self) -> StarRoadmap:
-        return self.system.GetOutputPort("planner_state").Eval(self.context).roadmap
-
-    def out(self, name: str):
-        return self.system.GetOutputPort(name).Eval(self.context)
+        self.advance(PERIOD)
 
 
 def test_ports() -> None:
@@ -96,7 +79,7 @@ def test_a_robot_that_stands_still_is_blocked_until_it_moves() -> None:
 
 def test_a_certificate_that_knows_of_nothing_is_named() -> None:
     planning = Planning()
-    planning.put("surroundings", Value(observe_scan(cast(SCREEN, POSE), POSE, ROBOT.radius + 0.0145, 1.2)))
+    planning.put("surroundings", observe_scan(cast(SCREEN, POSE), POSE, ROBOT.radius + 0.0145, 1.2))
     standing(planning, SCREEN, STANDSTILL + 0.1)
     assert planning.out("blocked_by").startswith("nothing that the certificate knows")
 
@@ -153,7 +136,7 @@ def test_a_pause_of_the_sensor_is_no_stall() -> None:
         planning.simulator.AdvanceTo(pause * PARAMETERS.progress_timeout)
         planning.see(SCREEN)
         planning.update()
-        assert len(planning.roadmap) == nodes, pause
+        assert len(planning.out("planner_state").roadmap) == nodes, pause
 
 
 def test_a_moved_goal_is_taken_up_at_once() -> None:
