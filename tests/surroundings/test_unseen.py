@@ -68,6 +68,11 @@ def test_to_leave_or_to_pass_what_nobody_has_seen_is_to_come_no_nearer() -> None
         )
 
 
+def at_once(*views: View) -> ViewHistory:
+    """A history of views of one time."""
+    return ViewHistory.of_one_time(views, [look.pose for look in views], 0.0, Odometer())
+
+
 def shadows(look: View) -> shapely.Geometry:
     """All that a look did not see, as far as 9 m."""
     chords, center, hidden = look.chords, np.array(look.pose[:2]), []
@@ -93,7 +98,7 @@ def test_what_looks_saw_is_in_none_of_their_shadows(seed: int) -> None:
     world = scattered(rng, discs=10, walls=6, clear=0.3)
     places = [(*rng.uniform(-0.25, 0.25, 2).tolist(), float(rng.uniform(-3.0, 3.0))) for _ in range(3)]
     seen = [view_of(cast(world, np.array(p), **views[rng.integers(2)]), p) for p in places]
-    seen_then = ViewHistory.of_one_time(tuple(seen), [look.pose for look in seen], 0.0, Odometer())
+    seen_then = at_once(*seen)
     looks = ViewArrays.of(seen_then)
     dark = [shadows(look).buffer(-1e-6) for look in seen]
     dark_for_all = shapely.intersection_all(dark)
@@ -114,7 +119,7 @@ def test_most_of_what_a_look_saw_it_knows() -> None:
     parts = [piece(rng, 0.03, 1.5) for _ in range(300)]
     free = [part for part in parts if shapely.distance(shapely.Polygon(part), dark) > 0.05]
     assert len(free) > 150
-    assert np.mean([seen_by(ViewHistory.of_one_time((look,), (HERE,), 0.0, Odometer()), part) for part in free]) > 0.95
+    assert np.mean([seen_by(at_once(look), part) for part in free]) > 0.95
 
 
 @settings(max_examples=40)
@@ -131,11 +136,9 @@ def test_a_shadow_in_the_midst_of_a_place_hides_it_until_another_look_sees_it(se
     places = [(*(np.array((0.0, y)) @ frame), 0.0) for y in (0.0, 0.15)]
     looks = [view_of(cast(world, np.array(place), beams=1440), place) for place in places]
     for look in looks:
-        assert not seen_by(ViewHistory.of_one_time((look,), (look.pose,), 0.0, Odometer()), part)
-        assert all(
-            seen_by(ViewHistory.of_one_time((look,), (look.pose,), 0.0, Odometer()), corner[None]) for corner in part
-        )
-    assert seen_by(ViewHistory.of_one_time(tuple(looks), [look.pose for look in looks], 0.0, Odometer()), part)
+        assert not seen_by(at_once(look), part)
+        assert all(seen_by(at_once(look), corner[None]) for corner in part)
+    assert seen_by(at_once(*looks), part)
 
 
 @given(seeds)
