@@ -7,7 +7,6 @@ from pydrake.common.value import Value
 from drake_starnav.baselines.baseline_controller import BaselineController, foa
 from drake_starnav.baselines.baseline_step import Baseline
 from drake_starnav.baselines.dsm_circles import DsmBaseline
-from drake_starnav.baselines.dwa import DwaBaseline
 from drake_starnav.baselines.foa import FoaBaseline
 from drake_starnav.control import ControllerParameters
 from drake_starnav.errors import StarnavError
@@ -17,17 +16,11 @@ from drake_starnav.scenario.scenario_file import load_scenario
 from drake_starnav.systems.twist_shield import Unshielded
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import World
+from tests.baselines.test_baseline_step import EVERY, SETTINGS
 from tests.helpers.controlling import Controlling
 
 ROBOT, CONTROLLER = RobotParameters(), ControllerParameters()
-SCANNING = pytest.mark.parametrize(
-    "settings", [FoaBaseline(), FoaBaseline(clusters=True), DwaBaseline()], ids=["foa", "foa_cluster", "dwa"]
-)
-EVERY = pytest.mark.parametrize(
-    "settings",
-    [DsmBaseline(), FoaBaseline(), FoaBaseline(clusters=True), DwaBaseline()],
-    ids=["dsm", "foa", "foa_cluster", "dwa"],
-)
+SCANNING = pytest.mark.parametrize("settings", list(SETTINGS.values())[1:], ids=list(SETTINGS)[1:])
 
 
 def scan(*, wall_at: float = np.inf) -> LaserScan:

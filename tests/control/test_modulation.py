@@ -7,11 +7,7 @@ from hypothesis import strategies as st
 
 from drake_starnav.control.modulation import CENTER, FARTHEST, SIGMA, evaluate_boundary, modulate_direction
 from drake_starnav.surroundings.star_region import StarRegion, unite_regions
-from tests.helpers.scans import RADIUS, seeds, smooth_region
-
-
-def unit(angle: float) -> np.ndarray:
-    return np.array((math.cos(angle), math.sin(angle)))
+from tests.helpers.scans import RADIUS, seeds, smooth_region, unit
 
 
 def frame(region: StarRegion, point: np.ndarray) -> tuple[np.ndarray, float]:

@@ -45,6 +45,11 @@ ORIGIN = np.zeros(3)
 seeds = st.integers(0, 2**32 - 1)
 
 
+def unit(angle: np.ndarray | float) -> np.ndarray:
+    """The unit vector at an angle, rad, shape (2,), or those at many, shape (..., 2)."""
+    return np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+
+
 def view_of_hits(hits: np.ndarray, place: np.ndarray = ORIGIN, reach: float = 99.0) -> View:
     """A view that saw nothing itself, of hits (n, 2) of scans before it, which occlude nothing."""
     return replace_fields(View.none(), robot_pose=np.asarray(place, dtype=float), further_hits=hits, reach=reach)

@@ -7,15 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_starnav.moving.modulation import modulate_around_movers
+from tests.helpers.scans import unit
 
 numbers = st.floats(-2.0, 2.0)
 vectors = st.tuples(numbers, numbers).map(np.array)
 angles = st.floats(-math.pi, math.pi)
 radii = st.floats(0.2, 1.0)
-
-
-def unit(angle: float) -> np.ndarray:
-    return np.array((math.cos(angle), math.sin(angle)))
 
 
 def around_one(position: np.ndarray, velocity: np.ndarray, moves: np.ndarray, radius: float) -> np.ndarray:

@@ -26,11 +26,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.robot.limits import HEADING_GAIN
 from drake_starnav.surroundings.star_region import unite_regions
 from drake_starnav.surroundings.surroundings import Surroundings
-from tests.helpers.scans import RADIUS, seeds, smooth_region
-
-
-def unit(angle: float) -> np.ndarray:
-    return np.array((math.cos(angle), math.sin(angle)))
+from tests.helpers.scans import RADIUS, seeds, smooth_region, unit
 
 
 def modulation_matrix(region, point: np.ndarray, sigma: float) -> tuple[np.ndarray, float]:

@@ -7,13 +7,9 @@ from drake_starnav.geometry.se2 import transform_points
 from drake_starnav.surroundings.bearing_hits import measure_half_chords
 from drake_starnav.surroundings.erosion import FreeRange, compute_free_range
 from drake_starnav.surroundings.star_region import StarRegion, fit_region, unite_regions
-from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds
+from tests.helpers.scans import MARGINS, RADIUS, cast, scattered, seeds, unit
 
 STEP = 2.0 * math.pi / 720
-
-
-def unit(theta: np.ndarray | float) -> np.ndarray:
-    return np.stack((np.cos(theta), np.sin(theta)), axis=-1)
 
 
 def seen_from(seed: int) -> tuple[StarRegion, np.ndarray, np.ndarray]:

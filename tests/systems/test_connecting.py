@@ -62,6 +62,10 @@ def test_the_only_output_may_have_any_name() -> None:
         find_output_port(source, "state", 5, "controller")
     with pytest.raises(StarnavError, match="controller has the output ports none; allowed: one named twist_command"):
         find_output_port(Ports(), "twist_command", 2, "controller")
+    abstract = ConstantValueSource(Value[object]("a footprint"))
+    assert find_output_port(abstract, "footprint", None, "footprint") is abstract.get_output_port()
+    with pytest.raises(StarnavError, match="output port y0 is a vector of size 1; allowed: abstract"):
+        find_output_port(ConstantVectorSource([1.0]), "footprint", None, "footprint")
     assert list(list_outputs(source)) == ["y0"]
 
 
@@ -79,10 +83,3 @@ def test_a_system_of_a_diagram_that_was_released_is_refused() -> None:
     release(builder.Build())
     with pytest.raises(StarnavError, match="controller has served for a trial or a diagram that was released; allowed"):
         add_system(DiagramBuilder(), "controller", system, "controller")
-
-
-def test_an_abstract_output_is_asked_for_without_a_size() -> None:
-    source = ConstantValueSource(Value[object]("a footprint"))
-    assert find_output_port(source, "footprint", None, "footprint") is source.get_output_port()
-    with pytest.raises(StarnavError, match="output port y0 is a vector of size 1; allowed: abstract"):
-        find_output_port(ConstantVectorSource([1.0]), "footprint", None, "footprint")
