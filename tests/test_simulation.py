@@ -13,7 +13,7 @@ from drake_starnav.geometry.polyline import measure_segment_distance
 from drake_starnav.navigation import Parts
 from drake_starnav.scenario.scenario_file import load_scenario, parse_scenario
 from drake_starnav.scenario.shipped import METHODS
-from drake_starnav.simulation import trial as trial_module
+from drake_starnav.simulation import run as run_module
 from drake_starnav.simulation.run import run_trial
 from drake_starnav.simulation.trial import make_trial_record
 from drake_starnav.station.monitors import CollisionMonitor
@@ -217,7 +217,7 @@ def test_a_goal_that_something_stands_on_is_said_to_be_occupied(beside: float, o
 def test_contact_and_clearance_are_each_enough_for_a_collision(judge: str, monkeypatch) -> None:
     blind = {
         "AddToBuilder": (CollisionMonitor, staticmethod(lambda builder, station: None)),
-        "compute_body_clearance": (trial_module, lambda world, poses, footprint: np.full(len(poses), 9.0)),
+        "compute_body_clearance": (run_module, lambda world, poses, footprint: np.full(len(poses), 9.0)),
     }
     module, substitute = blind[judge]
     monkeypatch.setattr(module, judge, substitute)

@@ -236,5 +236,5 @@ class LiveRobots(LiveRun):
 
     def _describe_progress(self) -> str:
         context = self.simulator.get_context()
-        arrived_count = sum(bool(np.isfinite(each.find_arrival_times(context)).all()) for each in self._driven_robots)
+        arrived_count = sum(each.has_arrived(context) for each in self._driven_robots)
         return f"{arrived_count} of {len(self._driven_robots)} have reached their goals"

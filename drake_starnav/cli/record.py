@@ -124,18 +124,8 @@ def _record_run(options: argparse.Namespace) -> int:
     if stills or clips:
         _check_pictures(options)
     recorded_run, is_same_run = _record_choice(run, html, options, shown_layers)
-    for path, time in stills:
-        if recorded_run.duration < time < math.inf:
-            allowed_text = f"allowed: times up to {recorded_run.duration:.1f} s"
-            raise StarnavError(f"--{path.suffix[1:]} is {time:g}, after the run; {allowed_text}")
     if stills or clips:
-        from drake_starnav.visualization.pictures import write_clips, write_still
-
-        for path, time in stills:
-            picture_width = options.width if path.suffix == ".png" else options.width / 100
-            write_still(path, recorded_run, time, options.view, picture_width)
-        if clips:
-            write_clips(clips, recorded_run, options.view, options.width, options.speed, options.rate)
+        _write_pictures(recorded_run, stills, clips, options)
     if not options.quiet:
         print_written([html, *(path for path, _ in stills), *clips])
     if not is_same_run:
@@ -241,6 +231,21 @@ def _record_choice(
         trial = run_trial(scenario, method=method, seed=run.seed, observer=recorder, progress=progress)
     assert recorder.recorded is not None
     return recorder.recorded, run.state_hash in (None, trial.state_hash)
+
+
+def _write_pictures(
+    run: "RecordedRun", stills: list[tuple[Path, float]], clips: list[Path], options: argparse.Namespace
+) -> None:
+    from drake_starnav.visualization.pictures import write_clips, write_still
+
+    for path, time in stills:
+        if run.duration < time < math.inf:
+            allowed_text = f"allowed: times up to {run.duration:.1f} s"
+            raise StarnavError(f"--{path.suffix[1:]} is {time:g}, after the run; {allowed_text}")
+    for path, time in stills:
+        write_still(path, run, time, options.view, options.width if path.suffix == ".png" else options.width / 100)
+    if clips:
+        write_clips(clips, run, options.view, options.width, options.speed, options.rate)
 
 
 def _list_still_times(html: Path, options: argparse.Namespace) -> list[tuple[Path, float]]:

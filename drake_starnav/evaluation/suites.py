@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 
 from drake_starnav.errors import shown
 from drake_starnav.evaluation.jobs import Record
-from drake_starnav.evaluation.summary import Table, compare_trials, format_number, format_rate, summarize_records
+from drake_starnav.evaluation.summary import (
+    Table,
+    compare_trials,
+    format_number,
+    format_rate,
+    group_by_case,
+    summarize_records,
+)
 from drake_starnav.parameters import unknown_name
 
 
@@ -81,11 +88,7 @@ def make_suite_table(suite: Suite, records: Sequence[Record], references: Sequen
 
     The references are the suite's unless others are given.
     """
-    references = references or suite.references
-    by_case: dict[tuple[str, str], list[Record]] = {}
-    for record in records:
-        by_case.setdefault((record["scenario"], record["method"]), []).append(record)
-    table_rows = []
+    references, by_case, table_rows = references or suite.references, group_by_case(records), []
     for summary in summarize_records(records):
         case_names = (summary.scenario, summary.method)
         paper = suite.published.get(case_names, Published())

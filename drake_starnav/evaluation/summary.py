@@ -99,12 +99,17 @@ def split_by_robot(records: Sequence[Record]) -> list[Record]:
     ]
 
 
-def summarize_records(records: Sequence[Record]) -> list[Summary]:
-    """A summary for each scenario and method, in the order in which they first appear."""
+def group_by_case(records: Sequence[Record]) -> dict[tuple[str, str], list[Record]]:
+    """The records of each scenario and method, in the order in which they first appear."""
     case_records: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         case_records.setdefault((record["scenario"], record["method"]), []).append(record)
-    return [_summarize_trials(scenario, method, case) for (scenario, method), case in case_records.items()]
+    return case_records
+
+
+def summarize_records(records: Sequence[Record]) -> list[Summary]:
+    """A summary for each scenario and method, in the order in which they first appear."""
+    return [_summarize_trials(*names, case) for names, case in group_by_case(records).items()]
 
 
 def _summarize_trials(scenario: str, method: str, records: list[Record]) -> Summary:

@@ -196,17 +196,7 @@ class Models:
         if root.tag != "sdf":
             raise StarnavError(f"model {path} begins with <{shown(root.tag)}>; allowed: <sdf> or <robot>")
         self._add_links(1 + sum(1 for _ in root.iter("link")), path)
-        for element in list(root.iter()):
-            kept_tag = _KEPT_ELEMENTS.get(element.tag)
-            for part in list(element):
-                if (
-                    kept_tag is not None
-                    and part.tag not in kept_tag
-                    and not part.tag.startswith(f"{{{DRAKE_NAMESPACE}}}")
-                ):
-                    if part.tag == "population":
-                        raise StarnavError(f"model {path} has a <population>; allowed: its models one by one")
-                    element.remove(part)
+        _remove_unread_parts(root, path)
         for parent in root.iter():
             for include in parent.findall("include"):
                 if _find_included_name(include).lower().replace(" ", "_") in EVERYWHERE:
@@ -404,6 +394,19 @@ def _read_number(word: str) -> float:
         return float(word)
     except ValueError:
         return math.nan
+
+
+def _remove_unread_parts(root: Element, path: Path) -> None:
+    """Leave of elements of SDF the parts in `_KEPT_ELEMENTS` and those of Drake's own."""
+    for element in list(root.iter()):
+        kept_tags = _KEPT_ELEMENTS.get(element.tag)
+        if kept_tags is None:
+            continue
+        for part in list(element):
+            if part.tag not in kept_tags and not part.tag.startswith(f"{{{DRAKE_NAMESPACE}}}"):
+                if part.tag == "population":
+                    raise StarnavError(f"model {path} has a <population>; allowed: its models one by one")
+                element.remove(part)
 
 
 def _find_included_name(include: Element) -> str:

@@ -16,8 +16,8 @@ from drake_starnav.scenario.schema import Scenario
 
 LONGEST_DELAY, DELAY_STEP = 0.5, 0.01
 """Delays of the drive that are tried, s."""
-STANDING_SPEED, LEAST_SCANS = 0.005, 10
-"""A robot slower than this stands, m/s and rad/s; noise is measured in this many scans at least."""
+STILL_SPEED, LEAST_SCANS = 0.005, 10
+"""Noise is measured while a robot is slower than this, m/s and rad/s, in this many scans at least."""
 OWN_NOISE = 5.0
 """A hit that stays equal, within this many standard deviations, while the robot moves is on the robot itself."""
 SHIPPED_DEVIATION = 0.003
@@ -98,7 +98,7 @@ def estimate_lidar(log: LoggedDrive) -> dict[str, float]:
 def estimate_range_noise(log: LoggedDrive) -> float:
     """Standard deviation of ranges while the robot stands, m, the median of all beams; NaN where it never does."""
     row_times = np.array([row.time for row in log.rows])
-    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STANDING_SPEED for row in log.rows])
+    is_moving = np.array([max(abs(row.v), abs(row.aside), abs(row.omega)) > STILL_SPEED for row in log.rows])
     still_scans: list[np.ndarray] = []
     best_noise = math.nan
     for _, scan in (*log.scans, (0.0, None)):

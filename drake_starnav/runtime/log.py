@@ -90,10 +90,11 @@ def decode_scan(message: bytes, time: float) -> LaserScan:
 class RunLog:
     """Writes a run."""
 
-    def __init__(self, path: Path, navigator: Navigator) -> None:
+    def __init__(self, path: str | Path, navigator: Navigator) -> None:
         """Raises a `StarnavError` without the extra `mcap`, and an `OSError` where the file cannot be written."""
         mcap = _import_mcap()
         self._navigator, self._plan_time = navigator, -math.inf
+        path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("wb")
         self._writer = writer = mcap.writer.Writer(self._file, chunk_size=1 << 18)

@@ -15,6 +15,7 @@ import numpy as np
 
 from drake_starnav.errors import counted
 from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.runtime.intake import Intake
 from drake_starnav.runtime.navigator import Command, Navigator
 from drake_starnav.runtime.watchdog import ZEROS
 
@@ -34,7 +35,7 @@ class Reading(NamedTuple):
     reset: bool = False
 
 
-class DrivenRobot(Protocol):
+class RobotDriver(Protocol):
     """What `drive` needs of a robot; see `drake_starnav.runtime`."""
 
     def read(self) -> Reading: ...
@@ -76,7 +77,7 @@ class Driven(NamedTuple):
 
 def drive(
     navigator: Navigator,
-    robot: DrivenRobot,
+    robot: RobotDriver,
     *,
     goal: Sequence[float] | None = None,
     log: str | Path | None = None,
@@ -98,66 +99,96 @@ def drive(
     """
     from drake_starnav.runtime.log import RunLog  # late: an extra
 
-    period, scenario, end = navigator.actuation.hold, navigator.scenario, "over"
-    timing = _Timing(scenario.lidar.delay + scenario.drive.delay + period)
-    run_log = None if log is None else RunLog(Path(log), navigator)
+    timing = _Timing(navigator)
+    run_log = None if log is None else RunLog(log, navigator)
     navigator.reset()
-    gc.collect()
-    gc.freeze()  # what is there stays: the collector need not look at it again while the robot moves
+    end = ""
     try:
-        with _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset_signal:
+        with _freeze_objects(), _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset_signal:
             robot.read()  # what waited while the navigator was built is old
-            begin = time.monotonic()
-            for tick in _count_periods(begin, period, begin + seconds):
-                start_time = time.perf_counter()
+            for _ in timing.begin_periods(seconds):
                 reading = _read(robot, goal, reset_signal)
                 command = navigator.step(*reading)
                 robot.drive(command)
-                timing.note(tick, reading, time.perf_counter() - start_time)
+                timing.note(reading)
                 if run_log is not None:
                     run_log.note(reading, command, timing.durations[-1])
-                if not quiet and len(timing.durations) % max(round(0.5 / period), 1) == 0:
-                    _print_status(command, _describe_slow_answer(timing.scan_ages[-MANY:], timing.declared_delay))
+                if not quiet:
+                    timing.print_status(command)
                 if stop_signal.is_set():
                     end = "stopped"
-                    break
-                if until_reached and command.status == "reached" and not command.twist.any():
+                elif until_reached and command.status == "reached" and not command.twist.any():
                     end = "reached"
+                if end:
                     break
     finally:
         _ramp_to_zero(navigator, robot)
         if run_log is not None:
             run_log.close()
+    return timing.summarize(end or "over", navigator.intake)
+
+
+@contextlib.contextmanager
+def _freeze_objects() -> Iterator[None]:
+    """Let the collector not look again at what is there, while the robot moves."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
         gc.unfreeze()
-    return timing.summarize(end, dict(navigator.intake.drop_counts))
 
 
 class _Timing:
     """What is measured of a drive: how long commands take, how old scans are at the next command, and late periods."""
 
-    def __init__(self, declared_delay: float) -> None:
-        self.declared_delay = declared_delay
+    def __init__(self, navigator: Navigator) -> None:
+        self.period = navigator.actuation.hold
+        self.declared_delay = navigator.scenario.lidar.delay + navigator.scenario.drive.delay + self.period
         self.durations: list[float] = []
         self.scan_ages = [0.0]
-        self._late_count, self._last_tick = 0, 0
+        self._late_count, self._start_time = 0, 0.0
 
-    def note(self, tick: int, reading: Reading, duration: float) -> None:
-        """Note the command of a period, by its number, from 1, after a reading, and how long all of it took, s."""
-        self._late_count += tick - self._last_tick - 1 if self._last_tick else 0
-        self._last_tick = tick
-        self.durations.append(duration)
-        self.scan_ages += _measure_scan_ages(reading, duration)
+    def begin_periods(self, seconds: float) -> Iterator[None]:
+        """Wait for each period to begin, for so long, s; those that are over are left out, and are late."""
+        period_count, begin = 0, time.monotonic()
+        while (current_time := time.monotonic()) < begin + seconds:
+            due_time = begin + period_count * self.period
+            if current_time < due_time:
+                time.sleep(due_time - current_time)
+            else:
+                missed_count = max(int((current_time - begin) / self.period) - period_count, 0)
+                period_count += missed_count
+                self._late_count += missed_count if self.durations else 0
+            self._start_time = time.perf_counter()
+            yield
+            period_count += 1
 
-    def summarize(self, end: str, dropped: dict[str, int]) -> Driven:
+    def note(self, reading: Reading) -> None:
+        """Note the command of a period after a reading, and how long all of it took."""
+        self.durations.append(time.perf_counter() - self._start_time)
+        arrived_scans = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
+        scans = (each[-1] if isinstance(each, tuple) and each else each for each in arrived_scans)  # whatever else came
+        ages = (reading.now + self.durations[-1] - scan.time for scan in scans if isinstance(scan, LaserScan))
+        self.scan_ages += filter(math.isfinite, ages)
+
+    def print_status(self, command: Command) -> None:
+        """Print a status on one line, twice a second."""
+        if len(self.durations) % max(round(0.5 / self.period), 1) == 0:
+            twist = ", ".join(f"{each:+.2f}" for each in command.twist)
+            warning = _describe_slow_answer(self.scan_ages[-MANY:], self.declared_delay)
+            line = f"{command.status}  {twist}  {command.why or warning}"
+            print(f"\r{line[:118]:<118}", end="", file=sys.stderr, flush=True)
+
+    def summarize(self, end: str, intake: Intake) -> Driven:
         """What the drive was like, by how it ended and what was dropped."""
         p50, p99, longest = np.percentile(self.durations or [0.0], (50.0, 99.0, 100.0)).tolist()
         answer = float(np.percentile(self.scan_ages, 99.0))
-        return Driven(
-            end, len(self.durations), self._late_count, (p50, p99, longest), dropped, answer, self.declared_delay
-        )
+        step, dropped = (p50, p99, longest), dict(intake.drop_counts)
+        return Driven(end, len(self.durations), self._late_count, step, dropped, answer, self.declared_delay)
 
 
-def _read(robot: DrivenRobot, goal: Sequence[float] | None, reset: threading.Event) -> Reading:
+def _read(robot: RobotDriver, goal: Sequence[float] | None, reset: threading.Event) -> Reading:
     """Read a robot; the goal is `goal` where it reads none, and an event that is set asks for a reset, once."""
     reading = Reading(*robot.read())
     if reading.goal is None:
@@ -168,20 +199,7 @@ def _read(robot: DrivenRobot, goal: Sequence[float] | None, reset: threading.Eve
     return reading
 
 
-def _count_periods(begin: float, period: float, end: float) -> Iterator[int]:
-    """Numbers of the periods, from 1, each when it begins; those that are over are left out."""
-    period_number = 1
-    while (current_time := time.monotonic()) < end:
-        due_time = begin + (period_number - 1) * period
-        if current_time < due_time:
-            time.sleep(due_time - current_time)
-        else:
-            period_number = max(period_number, int((current_time - begin) / period) + 1)
-        yield period_number
-        period_number += 1
-
-
-def _ramp_to_zero(navigator: Navigator, robot: DrivenRobot) -> None:
+def _ramp_to_zero(navigator: Navigator, robot: RobotDriver) -> None:
     """Ramp to zero, say so several times, and close; what fails on the way is raised at the end."""
     first_error: BaseException | None = None
     period, zero_count, end_time = navigator.actuation.hold, 0, time.monotonic() + LONGEST_RAMP
@@ -213,14 +231,6 @@ def _handle_signals(*numbers: signal.Signals) -> Iterator[threading.Event]:
             signal.signal(each, handler)
 
 
-def _measure_scan_ages(reading: Reading, took: float) -> list[float]:
-    """How old the scans that came were when the command was sent, s, whatever else came."""
-    arrived_scans = reading.scans if isinstance(reading.scans, (list, tuple)) else ()
-    scans = (each[-1] if isinstance(each, tuple) and each else each for each in arrived_scans)
-    scan_ages = [reading.now + took - scan.time for scan in scans if isinstance(scan, LaserScan)]
-    return [age for age in scan_ages if math.isfinite(age)]
-
-
 def _describe_slow_answer(answers: Sequence[float], declared_delay: float) -> str:
     """Say that 99 of 100 answers take longer than declared, s; empty: they do not."""
     answer = float(np.percentile(answers, 99.0))
@@ -228,10 +238,3 @@ def _describe_slow_answer(answers: Sequence[float], declared_delay: float) -> st
         return ""
     allowed_text = f"lidar.delay, drive.delay and a period allow {1e3 * declared_delay:.0f} ms"
     return f"warning: {1e3 * answer:.0f} ms from scan to command; {allowed_text}"
-
-
-def _print_status(command: Command, warning: str) -> None:
-    """Status on one line."""
-    twist = ", ".join(f"{each:+.2f}" for each in command.twist)
-    line = f"{command.status}  {twist}  {command.why or warning}"
-    print(f"\r{line[:118]:<118}", end="", file=sys.stderr, flush=True)

@@ -209,19 +209,11 @@ class Navigator:
         elapsed_time = time - self._now
         self._take_inputs(time, scans, odometry, reset)
         if not self._begin_period(time, elapsed_time):
-            if self._stalled > max(round(GAP / self.actuation.hold), 2):
-                return self._make_braking_command(f"the clock stands at {time:.3f} s")
-            return self._command
-        goal_fault = ""
-        try:
-            self._take_goal(take.read_goal(goal))
-        except StarnavError as error:
-            self._goal, goal_fault = None, str(error)
+            stands = self._stalled > max(round(GAP / self.actuation.hold), 2)
+            return self._make_braking_command(f"the clock stands at {time:.3f} s") if stands else self._command
+        goal_fault = self._take_goal(goal)
         state = take.estimate_state(self.intake.rows, time)
-        if state is not None and (self._blind or not elapsed_time < GAP):  # what was done meanwhile is not known
-            self._execution = dataclasses.replace(self._execution, velocities=())
-            self._command = self._command._replace(twist=self._measure_twist())
-        self._blind = state is None
+        self._note_gap(state, elapsed_time)
         reason = self._find_reason_to_brake(time, state, goal_fault)
         if state is None:
             return self._make_braking_command(reason)
@@ -264,10 +256,25 @@ class Navigator:
         self._now, self._tick = time, due_tick
         return True
 
-    def _take_goal(self, goal: tuple[float, ...] | None) -> None:
-        """Take what is asked: another goal of the same place, and a stream of such, resets nothing."""
+    def _note_gap(self, state: np.ndarray | None, elapsed_time: float) -> None:
+        """Go on from the measured twist where it is not known what was done since the last step."""
+        if state is not None and (self._blind or not elapsed_time < GAP):
+            self._execution = dataclasses.replace(self._execution, velocities=())
+            self._command = self._command._replace(twist=self._measure_twist())
+        self._blind = state is None
+
+    def _take_goal(self, asked_goal: Any) -> str:
+        """Take what is asked: another goal of the same place, and a stream of such, resets nothing.
+
+        Returns what is wrong with it, as with none that can be read; empty: nothing.
+        """
+        try:
+            goal = take.read_goal(asked_goal)
+        except StarnavError as error:
+            self._goal = None
+            return str(error)
         if goal == self._goal:
-            return
+            return ""
         previous_goal, self._goal, self._no_goal = self._goal, goal, "the goal is withdrawn"
         self._reached, self._turning = False, False
         if goal is None and not self._command.twist.any():
@@ -280,6 +287,7 @@ class Navigator:
             or math.dist(goal[:2], previous_goal[:2]) > self.scenario.simulation.goal_tolerance
         ):
             self._dropped_goal = ""
+        return ""
 
     def _describe_missing_scan(self, time: float) -> str:
         """What the lidars lack to drive by; empty: nothing."""

@@ -118,14 +118,13 @@ def _wait_for_line(stream: Any, seconds: float) -> None:
         select.select([stream], [], [], seconds)
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(base: str, arguments: str, ramp: str) -> int:
     """`python -m drake_starnav.runtime.watchdog MODULE:BASE ARGUMENTS RAMP`, the last two as JSON."""
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
-    base, settings, ramp = arguments
-    watch(import_named("base", base)(**json.loads(settings)), Ramp(*json.loads(ramp)))
+    watch(import_named("base", base)(**json.loads(arguments)), Ramp(*json.loads(ramp)))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(*sys.argv[1:]))

@@ -87,7 +87,7 @@ def parse_scenario(
     for key in sections:
         if key not in KEYS:
             raise unknown_name(f"key {key} in {place}", str(key), (*KEYS, "directives"))
-    robot_scenarios = _make_robot_scenarios(sections, name, place, method)
+    robot_scenarios = _make_robot_scenarios(sections, place, method)
     if robot_scenarios:
         world, (start, goal) = sections.get("world"), (robot_scenarios[0].start, robot_scenarios[0].goals[-1][:2])
         if isinstance(world, Tagged) and world.tag in GIVEN_ENDS:
@@ -114,43 +114,40 @@ def _make_scenario(sections: dict[str, Any], name: str, place: str, method: str)
     return Scenario(name=name, world=_read_world(sections.get("world"), place), method=method, **parts, **configs)
 
 
-def _make_robot_scenarios(sections: dict[str, Any], name: str, place: str, method: str) -> list[Scenario]:
+def _make_robot_scenarios(sections: dict[str, Any], place: str, method: str) -> list[Scenario]:
     """A scenario for each of the `robots` in the sections of a scenario, which are taken out of them."""
-    robot_list = sections.pop("robots", None)
-    if robot_list is None:
+    entries = sections.pop("robots", None)
+    if entries is None:
         return []
-    if (
-        not isinstance(robot_list, list)
-        or len(robot_list) < 2
-        or not all(isinstance(each, dict) for each in robot_list)
-    ):
-        raise StarnavError(
-            f"robots is {shown(robot_list)}; allowed: a list of two or more mappings, one for each robot"
-        )
+    if not isinstance(entries, list) or len(entries) < 2 or not all(isinstance(each, dict) for each in entries):
+        raise StarnavError(f"robots is {shown(entries)}; allowed: a list of two or more mappings, one for each robot")
     if sections.get("goals") is not None:
         raise StarnavError(f"goals in {place} beside robots; allowed: goals of each of the robots")
-    robots = []
-    for k, entry in enumerate(robot_list):
-        own, at = dict(entry), f"robots[{k}]"
-        if ("goal" in own) == ("goals" in own) or "start" not in own:
-            raise StarnavError(f"{at} has {', '.join(map(str, own)) or 'nothing'}; allowed: start, and goal or goals")
-        (x, y, yaw), goals = check_numbers(own.pop("start"), f"{at}.start", ("x", "y", "yaw")), own.pop("goals", None)
-        goals = [own.pop("goal")] if goals is None else goals
-        parts = {key: own.pop(key) for key in ("lidar", "lidars") if key in own}
-        common_robot = sections.get("robot")
-        model = Path(str({**(common_robot or {}), **own}.get("model", "starbot"))).stem
-        robot_name = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
-        if not isinstance(robot_name, str) or not robot_name or re.search(NOT_IN_NAMES, robot_name):
-            raise StarnavError(f"{at}.name is {shown(robot_name)}; allowed: a text of letters, digits, _, - and .")
-        own = {**sections, **parts, "robot": {**directives.lay_beneath(common_robot, own), **own}, "goals": goals}
-        try:
-            robot = _make_scenario(own, robot_name, place, method)
-        except StarnavError as error:
-            raise StarnavError(f"{at}: {error}") from None
-        robots.append(dataclasses.replace(robot, start=(float(x), float(y), float(yaw))))
+    robots = [_make_robot_scenario(sections, entry, k, place, method) for k, entry in enumerate(entries)]
     if len({robot.name for robot in robots}) < len(robots):
         raise StarnavError(f"robots are named {', '.join(robot.name for robot in robots)}; allowed: each name once")
     return declare_each_other(robots)
+
+
+def _make_robot_scenario(sections: dict[str, Any], entry: dict[str, Any], k: int, place: str, method: str) -> Scenario:
+    """The scenario of an entry of `robots`, by its number, from 0."""
+    own, at = dict(entry), f"robots[{k}]"
+    if ("goal" in own) == ("goals" in own) or "start" not in own:
+        raise StarnavError(f"{at} has {', '.join(map(str, own)) or 'nothing'}; allowed: start, and goal or goals")
+    (x, y, yaw), goals = check_numbers(own.pop("start"), f"{at}.start", ("x", "y", "yaw")), own.pop("goals", None)
+    goals = [own.pop("goal")] if goals is None else goals
+    parts: dict[str, Any] = {key: own.pop(key) for key in ("lidar", "lidars") if key in own}
+    common_robot = sections.get("robot")
+    model = Path(str({**(common_robot or {}), **own}.get("model", "starbot"))).stem
+    name = own.pop("name", f"{re.sub(NOT_IN_NAMES, '_', model)}_{k + 1}")
+    if not isinstance(name, str) or not name or re.search(NOT_IN_NAMES, name):
+        raise StarnavError(f"{at}.name is {shown(name)}; allowed: a text of letters, digits, _, - and .")
+    own = {**sections, **parts, "robot": {**directives.lay_beneath(common_robot, own), **own}, "goals": goals}
+    try:
+        robot = _make_scenario(own, name, place, method)
+    except StarnavError as error:
+        raise StarnavError(f"{at}: {error}") from None
+    return dataclasses.replace(robot, start=(float(x), float(y), float(yaw)))
 
 
 def declare_each_other(robots: Sequence[Scenario]) -> list[Scenario]:

@@ -108,21 +108,14 @@ def add_monitors(builder: DiagramBuilder, navigation: Navigation) -> list[Vector
 
 
 def make_watcher(
-    simulator: Simulator,
-    navigation: Navigation,
-    logs: Sequence[VectorLogSink],
-    slip: float,
-    reports: list[tuple[float, str]],
-    progress: Callable[[float, float], None] | None,
+    simulator: Simulator, navigation: Navigation, logs: Sequence[VectorLogSink], reports: list[tuple[float, str]]
 ) -> Callable[[float, float], None]:
-    """Report progress, a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
+    """Report a robot that does not follow its commands, and, in `reports`, one that stands still and why."""
 
     def watch(current_time: float, limit: float) -> None:
-        if progress is not None:
-            progress(current_time, limit)
         context = simulator.get_context()
         states, commands = (log.FindLog(context) for log in logs)
-        check_drive(simulated(navigation.station), states.sample_times(), states.data().T, commands.data().T, slip=slip)
+        check_drive(simulated(navigation.station), states.sample_times(), states.data().T, commands.data().T)
         reason = read_blocking_reason(navigation, context)
         if reason != (reports[-1][1] if reports else ""):
             reports.append((current_time, reason))
@@ -134,3 +127,10 @@ def read_blocking_reason(navigation: Navigation, context: Context) -> str:
     """What its planner, if it says so, calls the reason why a robot stands, or has no way; empty without one."""
     port = navigation.planned("blocked_by")
     return "" if port is None else evaluate_port(port, context)
+
+
+def read_arrival_times(navigation: Navigation, context: Context) -> np.ndarray:
+    """When a robot reached each of several goals, shape (n,), s; NaN for those that it did not; (0,) of one goal."""
+    if not isinstance(navigation.goal, GoalSequence):
+        return np.zeros(0)
+    return evaluate_port(navigation.goal.GetOutputPort("reached"), context)

@@ -71,10 +71,10 @@ def record_robots(
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """
-    from drake_starnav.visualization.tracks import DrivenRobot, record_tracks  # late: it loads Meshcat
+    from drake_starnav.visualization.tracks import RobotTrack, record_tracks  # late: it loads Meshcat
 
     robots = [
-        DrivenRobot(each.robot, robot, each.motion, make_caption_lines(each.trial)[-1], robot.goals)
+        RobotTrack(each.robot, robot, each.motion, make_caption_lines(each.trial)[-1], robot.goals)
         for each, robot in zip(trials, scenario.robots, strict=True)
     ]
     world = make_worlds_of_robots(scenario, seed)[0]
@@ -110,12 +110,12 @@ def record_comparison(
         seed, html, view, shown: as for `record_robots`.
         progress: called repeatedly with the simulated time of the current run and its time limit, s.
     """
-    from drake_starnav.visualization.tracks import DrivenRobot, record_tracks  # late: it loads Meshcat
+    from drake_starnav.visualization.tracks import RobotTrack, record_tracks  # late: it loads Meshcat
 
     robots = []
     for method, scenario in scenarios.items():
         witness = _Witness()
         run_trial(scenario, method=method, seed=seed, observer=witness, progress=progress)
-        robots.append(DrivenRobot(method, scenario, witness.motion, witness.outcome))
+        robots.append(RobotTrack(method, scenario, witness.motion, witness.outcome))
     line = f"{counted(len(robots), 'method')}, seed {seed}"
     return record_tracks(robots, robot_world(scenario, seed), scenario.name, line, html, view, shown)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import AddMultibodyPlant
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, TriggerType
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
@@ -22,9 +21,9 @@ from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.robot import body_top
 from drake_starnav.planning import PlannerStatus
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import make_watcher
+from drake_starnav.simulation.monitors import make_watcher, read_arrival_times
 from drake_starnav.simulation.run import advance_until, read_run
-from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Trial, compute_trial_figures, find_omniscient_path
+from drake_starnav.simulation.trial import INTERRUPTED, TIMEOUT, Run, Task, Trial, make_trial
 from drake_starnav.station.lidar_mounts import add_collars
 from drake_starnav.station.model_world import drop_floors, make_world_with_footprints
 from drake_starnav.station.monitors import CollisionMonitor
@@ -40,7 +39,6 @@ from drake_starnav.station.robot_interface import RobotInterface, connect_robot
 from drake_starnav.station.robot_model import add_robot
 from drake_starnav.station.unseen import warn_of_unseen
 from drake_starnav.station.world_geometry import add_ground, add_world
-from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.utils.stopwatch import Stopwatch
 from drake_starnav.worlds import GIVEN_GOAL_KINDS
@@ -90,22 +88,19 @@ class RobotNavigator(Diagram):
 
 
 @dataclass(frozen=True)
-class DrivenRobot:
+class SimulatedRobot:
     """A robot in the diagram of all: its systems, the monitor of its contacts, the logs of its states and commands, the
     stopwatch of its steps, and from when on, s, why it stood still."""
 
-    scenario: Scenario
-    world: World
     navigation: Navigation
     monitor: CollisionMonitor
     logs: list[VectorLogSink]
     stopwatch: Stopwatch
     standstill_reasons: list[tuple[float, str]]
 
-    def find_arrival_times(self, context: Context) -> np.ndarray:
-        """When it reached each of its goals, s; NaN for those that it did not."""
-        assert isinstance(self.navigation.goal, GoalSequence)
-        return evaluate_port(self.navigation.goal.GetOutputPort("reached"), context)
+    def has_arrived(self, context: Context) -> bool:
+        """Whether it has reached all of its goals."""
+        return bool(np.isfinite(read_arrival_times(self.navigation, context)).all())
 
     def has_given_up(self, context: Context) -> bool:
         """Whether its planner found no way."""
@@ -140,44 +135,59 @@ def run_robots(
         check_method(each, method)
     make_simulator_config(scenario.simulator_config)
     worlds = make_worlds_of_robots(scenario, seed)
-    shortest_paths = [
-        find_omniscient_path(world, each.robot.shape, each.goals)
-        for each, world in zip(scenario.robots, worlds, strict=True)
+    tasks = [
+        Task.of(scenario.name, method, seed, each, world) for each, world in zip(scenario.robots, worlds, strict=True)
     ]
+    runs = _drive(scenario, worlds, seed, progress)
+    gaps = find_least_gaps([each.robot.shape for each in scenario.robots], [run.motion for run in runs])
+    return [
+        RobotTrial(task.scenario.name, make_trial(task, _select_own_run(run)), gap, run.motion)
+        for task, run, gap in zip(tasks, runs, gaps, strict=True)
+    ]
+
+
+def _drive(
+    scenario: Scenario, worlds: Sequence[World], seed: int, progress: Callable[[float, float], None] | None
+) -> list[Run]:
+    """Simulate the robots of a scenario, each in its world of `make_worlds_of_robots`; Ctrl-C is raised at the end."""
     builder = DiagramBuilder()
     holder: Diagram | DiagramBuilder = builder
     try:
         robots = add_robots(builder, scenario, worlds, seed)
         holder = diagram = builder.Build()
         simulator = make_simulator(diagram, settings=scenario.simulator_config)
-        start_time = time.perf_counter()
-        message = _simulate_robots(simulator, robots, scenario.simulation.timeout or worlds[0].timeout, progress)
+        watchers = [make_watcher(simulator, each.navigation, each.logs, each.standstill_reasons) for each in robots]
+        start_time, timeout = time.perf_counter(), scenario.simulation.timeout or worlds[0].timeout
+        message = advance_until(
+            simulator,
+            timeout,
+            [*watchers, *filter(None, [progress])],
+            lambda context: all(each.has_arrived(context) or each.has_given_up(context) for each in robots),
+        )
+        if message == INTERRUPTED:
+            raise KeyboardInterrupt
         wall_time = time.perf_counter() - start_time
-        runs = [_read_run(simulator, each, message, wall_time) for each in robots]
-        trials = []
-        for robot, run, shortest_path in zip(robots, runs, shortest_paths, strict=True):
-            figures = compute_trial_figures(
-                robot.scenario, robot.world, shortest_path, _select_own_run(run), robot.stopwatch
-            )
-            trials.append(Trial(scenario=scenario.name, method=method, seed=seed, **figures))
+        return [_read_run(simulator.get_context(), each, wall_time) for each in robots]
     finally:
         release(holder)
-    if message == INTERRUPTED:
-        raise KeyboardInterrupt
-    return _compare_robots(scenario.robots, trials, [Motion(run.times, run.driven[:, :3]) for run in runs])
 
 
-def _compare_robots(robots: Sequence[Scenario], trials: Sequence[Trial], motions: Sequence[Motion]) -> list[RobotTrial]:
-    """The trials with the robots' least distances to each other."""
-    gaps = find_least_gaps([each.robot.shape for each in robots], motions)
-    names = [each.name for each in robots]
-    return [RobotTrial(*fields) for fields in zip(names, trials, gaps, motions, strict=True)]
+def _read_run(context: Context, robot: SimulatedRobot, wall_time: float) -> Run:
+    """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
+    run, blocked = read_run(context, robot.navigation, robot.logs[0], robot.stopwatch), tuple(robot.standstill_reasons)
+    message = "unreachable" if robot.has_given_up(context) else TIMEOUT
+    if robot.has_arrived(context):
+        message = "reached"
+    message = robot.monitor.describe_contacts(robot.monitor.GetMyContextFromRoot(context)) or message
+    elapsed_time = run.goals[-1] if message == "reached" else run.elapsed
+    return dataclasses.replace(run, message=message, elapsed=elapsed_time, wall=wall_time, blocked=blocked)
 
 
 def _select_own_run(run: Run) -> Run:
     """A robot's part of a run, which ends when the robot has reached its goals."""
     is_before_end = run.times <= run.elapsed + 1e-9
-    return dataclasses.replace(run, times=run.times[is_before_end], driven=run.driven[is_before_end])
+    names = ("times", "driven", "standing_clearances", "clearances")
+    return dataclasses.replace(run, **{name: getattr(run, name)[is_before_end] for name in names})
 
 
 def make_worlds_of_robots(scenario: Scenario, seed: int) -> list[World]:
@@ -209,21 +219,21 @@ def _check_ends(robots: Sequence[Scenario], worlds: Sequence[World]) -> None:
         check_free(world, each.start or (0.0, 0.0, 0.0), each.robot.shape, f"robot {each.name}: start")
     for a, b in itertools.combinations(robots, 2):
         for end_name, place_a, place_b in (("starts", a.start, b.start), ("last goals", a.goals[-1], b.goals[-1])):
-            if is_overlapping(*_cover_place(a, place_a or ()), *_cover_place(b, place_b or ())):
-                distance = math.dist((place_a or ())[:2], (place_b or ())[:2])
+            assert place_a is not None and place_b is not None  # each of several robots has a start
+            if is_overlapping(*_cover_place(a, *place_a), *_cover_place(b, *place_b)):
+                distance = math.dist(place_a[:2], place_b[:2])
                 raise StarnavError(
                     f"{end_name} of {a.name} and {b.name} are {distance:.3g} m apart; "
                     "allowed: where their footprints do not touch"
                 )
 
 
-def _cover_place(robot: Scenario, place: Sequence[float]) -> tuple[Footprint, np.ndarray]:
-    """What a robot covers at a place (x, y, yaw), or may cover at one (x, y), and its pose."""
-    x, y, *heading = place
-    return robot.robot.shape if heading else disc(robot.robot.radius), np.array((x, y, *(heading or (0.0,))))
+def _cover_place(robot: Scenario, x: float, y: float, yaw: float | None = None) -> tuple[Footprint, np.ndarray]:
+    """What a robot covers at a place, or may cover at one without a yaw, and its pose."""
+    return disc(robot.robot.radius) if yaw is None else robot.robot.shape, np.array((x, y, yaw or 0.0))
 
 
-def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[DrivenRobot]:
+def add_robots(builder: DiagramBuilder, scenario: Scenario, worlds: Sequence[World], seed: int) -> list[SimulatedRobot]:
     """Add a plant with all robots of a scenario in `worlds` of `make_worlds_of_robots`, and what drives each."""
     seeds = [(seed + k * SEEDS) % 2**63 for k in range(len(worlds))]
     interfaces = _add_plant_of_robots(builder, scenario, worlds[0], seeds)
@@ -262,7 +272,7 @@ def _add_plant_of_robots(
 
 def _add_navigator(
     builder: DiagramBuilder, interface: RobotInterface, world: World, seed: int, others: list[GeometryId]
-) -> DrivenRobot:
+) -> SimulatedRobot:
     """Add what drives a robot of the plant, and what checks its contacts, also with the geometries of other robots."""
     scenario, plant, scene_graph = interface.scenario, interface.plant, interface.scene_graph
     stopwatch = Stopwatch()
@@ -281,41 +291,4 @@ def _add_navigator(
     builder.Connect(navigator.GetOutputPort("localization.state"), monitor.GetInputPort("state"))
     ports = plant.get_state_output_port(interface.model), navigator.GetOutputPort("twist_command")
     logs = [LogVectorOutput(port, builder, {TriggerType.kPerStep}) for port in ports]
-    return DrivenRobot(scenario, world, navigator.navigation, monitor, logs, stopwatch, [])
-
-
-def _simulate_robots(
-    simulator: Simulator, robots: Sequence[DrivenRobot], timeout: float, progress: Callable[[float, float], None] | None
-) -> str:
-    watches = [
-        make_watcher(simulator, each.navigation, each.logs, each.scenario.drive.slip, each.standstill_reasons, None)
-        for each in robots
-    ]
-
-    def watch(current_time: float, limit: float) -> None:
-        for each in watches:
-            each(current_time, limit)
-        if progress is not None:
-            progress(current_time, limit)
-
-    def has_ended(context: Context) -> bool:
-        return all(np.isfinite(each.find_arrival_times(context)).all() or each.has_given_up(context) for each in robots)
-
-    return advance_until(simulator, timeout, watch, has_ended)
-
-
-def _read_run(simulator: Simulator, robot: DrivenRobot, message: str, wall: float) -> Run:
-    """What the simulation leaves of one robot; it ended for it when its last goal was reached."""
-    context = simulator.get_context()
-    times = robot.find_arrival_times(context)
-    contact_text = robot.monitor.describe_contacts(robot.monitor.GetMyContextFromRoot(context))
-    if np.isfinite(times).all():
-        message = "reached"
-    elif robot.has_given_up(context):
-        message = "unreachable"
-    elif message != INTERRUPTED:
-        message = TIMEOUT
-    message = contact_text or message
-    run = read_run(simulator, robot.navigation, robot.logs[0], message, wall)
-    elapsed_time = float(times[-1]) if message == "reached" else run.elapsed
-    return dataclasses.replace(run, elapsed=elapsed_time, blocked=tuple(robot.standstill_reasons))
+    return SimulatedRobot(navigator.navigation, monitor, logs, stopwatch, [])

@@ -4,7 +4,8 @@ import dataclasses
 import hashlib
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
@@ -14,30 +15,31 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import VectorLogSink
 
 from drake_starnav.errors import StarnavError, check_kind
+from drake_starnav.geometry.footprint import Footprint
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation import Navigation, Parts, add_navigation
 from drake_starnav.navigation.parts import AS_DECLARED
 from drake_starnav.navigation.robot import robot_world
 from drake_starnav.scenario.schema import Scenario, check_method
-from drake_starnav.simulation.monitors import add_monitors, make_watcher, read_blocking_reason
+from drake_starnav.simulation.monitors import add_monitors, make_watcher, read_arrival_times, read_blocking_reason
 from drake_starnav.simulation.trial import (
     INTERRUPTED,
     TIMEOUT,
     Run,
+    Task,
     Trial,
-    compute_hull_clearances,
-    compute_trial_figures,
-    find_omniscient_path,
     make_caption_lines,
+    make_trial,
 )
-from drake_starnav.station.navigation_station import add_station, simulated
+from drake_starnav.station.navigation_station import StationInterface, add_station, simulated
 from drake_starnav.station.planar_localization import read_planar_states
 from drake_starnav.station.plant import advance, evaluate_port, make_simulator, make_simulator_config
-from drake_starnav.systems.goal_sequence import GoalSequence
 from drake_starnav.systems.release import release
 from drake_starnav.systems.star_roadmap_planner import StarRoadmapPlanner
 from drake_starnav.utils.files import check_outputs, write_text
-from drake_starnav.utils.stopwatch import Stopwatch
+from drake_starnav.utils.stopwatch import STEPS, Stopwatch
+from drake_starnav.worlds.clearance import compute_body_clearance
+from drake_starnav.worlds.moving_obstacles import compute_moving_obstacle_clearance
 from drake_starnav.worlds.world import World
 
 PROGRESS_PERIOD = 1.0
@@ -89,25 +91,14 @@ def run_trial(
     files = [Path(path) for path in (html, csv) if path is not None]
     check_outputs(files)
     world = _make_trial_world(scenario, parts, seed)
-    # first: a world too large for it is refused at once
-    shortest_path = find_omniscient_path(world, scenario.robot.shape, scenario.goals)
-    observers, stopwatch, builder = _list_observers(observer, html), Stopwatch(), DiagramBuilder()
-    holder: Diagram | DiagramBuilder = builder
-    try:
-        navigation = _add_trial_systems(builder, scenario, dataclasses.replace(parts, world=world), seed, stopwatch)
-        logs = add_monitors(builder, navigation)
-        for each in observers:
-            each.add_to(builder, navigation, scenario)
-        holder = diagram = builder.Build()
-        run = _simulate(diagram, navigation, logs, progress)
-        figures = compute_trial_figures(scenario, world, shortest_path, run, stopwatch)
-        trial = Trial(scenario=scenario.name, method=_name_method(method, parts), seed=seed, **figures)
+    task = Task.of(scenario.name, _name_method(method, parts), seed, scenario, world)
+    observers = _list_observers(observer, html)
+    with _drive(task, parts, observers, progress) as run:
+        trial = make_trial(task, run)
         if csv is not None:
-            _write_states(Path(csv), run, compute_hull_clearances(world, run, scenario.robot.shape)[1])
+            _write_states(Path(csv), run)
         for each in observers:
-            each.finish(make_caption_lines(trial), Motion(run.times, run.driven[:, :3]))
-    finally:
-        release(holder)
+            each.finish(make_caption_lines(trial), run.motion)
     if trial.outcome == INTERRUPTED:
         raise KeyboardInterrupt(f"{run.elapsed:.1f} s were driven{', in ' * bool(files)}{', '.join(map(str, files))}")
     return trial
@@ -115,9 +106,8 @@ def run_trial(
 
 def _name_method(method: str, parts: Parts) -> str:
     """A method's name in reports: that of a controller of the user's own, if there is one."""
-    return (
-        method if parts.controller is None else getattr(parts.controller, "__name__", type(parts.controller).__name__)
-    )
+    controller = parts.controller
+    return method if controller is None else getattr(controller, "__name__", type(controller).__name__)
 
 
 def _list_observers(observer: Observer | None, html: str | Path | None) -> list[Observer]:
@@ -130,13 +120,24 @@ def _list_observers(observer: Observer | None, html: str | Path | None) -> list[
     return observers
 
 
-def _add_trial_systems(
-    builder: DiagramBuilder, scenario: Scenario, parts: Parts, seed: int, stopwatch: Stopwatch
-) -> Navigation:
-    """Add the robot in the world of the parts, and what drives it."""
-    assert parts.world is not None
-    station = add_station(builder, parts.world, scenario, continuous=True, seed=seed)
-    return add_navigation(builder, scenario, dataclasses.replace(parts, station=station), seed, stopwatch=stopwatch)
+@contextmanager
+def _drive(
+    task: Task, parts: Parts, observers: Sequence[Observer], progress: Callable[[float, float], None] | None
+) -> Iterator[Run]:
+    """Simulate a robot in the world of a task; when the block ends, all systems are released."""
+    scenario, builder, stopwatch = task.scenario, DiagramBuilder(), Stopwatch()
+    holder: Diagram | DiagramBuilder = builder
+    try:
+        station = add_station(builder, task.world, scenario, continuous=True, seed=task.seed)
+        parts = dataclasses.replace(parts, world=task.world, station=station)
+        navigation = add_navigation(builder, scenario, parts, task.seed, stopwatch=stopwatch)
+        logs = add_monitors(builder, navigation)
+        for each in observers:
+            each.add_to(builder, navigation, scenario)
+        holder = diagram = builder.Build()
+        yield _simulate(diagram, navigation, logs, stopwatch, progress)
+    finally:
+        release(holder)
 
 
 def _make_trial_world(scenario: Scenario, parts: Parts, seed: int) -> World:
@@ -152,47 +153,71 @@ def _make_trial_world(scenario: Scenario, parts: Parts, seed: int) -> World:
 
 
 def _simulate(
-    diagram: Diagram, navigation: Navigation, logs: list[VectorLogSink], progress: Callable[[float, float], None] | None
+    diagram: Diagram,
+    navigation: Navigation,
+    logs: list[VectorLogSink],
+    stopwatch: Stopwatch,
+    progress: Callable[[float, float], None] | None,
 ) -> Run:
     """Simulate until something ends the trial; the run says also what blocked the robot, and when."""
     scenario = navigation.station.scenario
     simulator = make_simulator(diagram, settings=scenario.simulator_config)
     reports: list[tuple[float, str]] = []
-    watch = make_watcher(simulator, navigation, logs, scenario.drive.slip, reports, progress)
+    watchers = [make_watcher(simulator, navigation, logs, reports), *filter(None, [progress])]
     start_time = time.perf_counter()
-    message = advance_until(simulator, scenario.simulation.timeout or navigation.world.timeout, watch)
-    context = simulator.get_context()
+    message = advance_until(simulator, scenario.simulation.timeout or navigation.world.timeout, watchers)
+    wall_time, context = time.perf_counter() - start_time, simulator.get_context()
     if message.startswith("unreachable") and (reason := read_blocking_reason(navigation, context)):
         reports.append((context.get_time(), reason))
-    run = read_run(simulator, navigation, logs[0], message, time.perf_counter() - start_time)
-    return dataclasses.replace(run, blocked=tuple(reports))
+    run = read_run(context, navigation, logs[0], stopwatch)
+    return dataclasses.replace(run, message=message, wall=wall_time, blocked=tuple(reports))
 
 
-def _write_states(path: Path, run: Run, clearances: np.ndarray) -> None:
+def _write_states(path: Path, run: Run) -> None:
     """Write time, state and clearance of the footprint at each step of the plant as CSV."""
-    state_rows = np.column_stack((run.times, run.driven, clearances))
+    state_rows = np.column_stack((run.times, run.driven, run.clearances))
     csv_lines = ["t,x,y,yaw,v,omega,clearance", *(",".join(f"{value:.6g}" for value in row) for row in state_rows)]
     write_text(path, "\n".join(csv_lines) + "\n")
 
 
-def read_run(simulator: Simulator, navigation: Navigation, log: VectorLogSink, message: str, wall: float) -> Run:
-    """What a simulation leaves of a robot, by the log of its states, why the run ended and how long it took, s."""
-    context = simulator.get_context()
-    state_record, station = log.FindLog(context), simulated(navigation.station)
-    times, states = state_record.sample_times(), state_record.data()
+def read_run(context: Context, navigation: Navigation, log: VectorLogSink, stopwatch: Stopwatch) -> Run:
+    """What a simulation leaves of a robot, by the log of its states and the times of its steps."""
+    station = simulated(navigation.station)
+    times, states = _read_states(context, station, log)
+    driven = read_planar_states(states.T, station.plant.num_positions(station.robot_model))
+    standing_clearances, clearances = _measure_clearances(
+        navigation.world, times, driven[:, :3], station.scenario.robot.shape
+    )
+    return Run(
+        elapsed=context.get_time(),
+        times=times,
+        driven=driven,
+        standing_clearances=standing_clearances,
+        clearances=clearances,
+        state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
+        nodes=_count_nodes(navigation, context),
+        steps={name: stopwatch.summarize(name) for name in STEPS},
+        goals=tuple(time for time in read_arrival_times(navigation, context).tolist() if math.isfinite(time)),
+    )
+
+
+def _read_states(context: Context, station: StationInterface, log: VectorLogSink) -> tuple[np.ndarray, np.ndarray]:
+    """Times, shape (n,), s, and logged states of a robot, shape (m, n), up to now."""
+    state_record = log.FindLog(context)
+    times, states = state_record.sample_times().copy(), state_record.data()
     if times[-1] < context.get_time():
         end_state = evaluate_port(station.plant.get_state_output_port(station.robot_model), context)
         times, states = np.append(times, context.get_time()), np.column_stack((states, end_state))
-    return Run(
-        message=message,
-        elapsed=context.get_time(),
-        times=times.copy(),
-        driven=read_planar_states(states.T, station.plant.num_positions(station.robot_model)),
-        state_hash=hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest(),
-        nodes=_count_nodes(navigation, context),
-        wall=wall,
-        goals=_read_arrival_times(navigation, context),
-    )
+    return times, states
+
+
+def _measure_clearances(
+    world: World, times: np.ndarray, poses: np.ndarray, shape: Footprint
+) -> tuple[np.ndarray, np.ndarray]:
+    """Clearances of a footprint at poses (n, 3), W, from what stands, and from what stands or moves; each (n,), m."""
+    standing_clearances = compute_body_clearance(world, poses, shape)
+    moving_clearances = compute_moving_obstacle_clearance(world.moving_obstacles, poses, times, shape)
+    return standing_clearances, np.minimum(standing_clearances, moving_clearances)
 
 
 def _count_nodes(navigation: Navigation, context: Context) -> int:
@@ -202,25 +227,17 @@ def _count_nodes(navigation: Navigation, context: Context) -> int:
     return len(evaluate_port(navigation.planner.GetOutputPort("planner_state"), context).roadmap)
 
 
-def _read_arrival_times(navigation: Navigation, context: Context) -> tuple[float, ...]:
-    """When each of several goals was reached, s, of those that were."""
-    if not isinstance(navigation.goal, GoalSequence):
-        return ()
-    times = evaluate_port(navigation.goal.GetOutputPort("reached"), context).tolist()
-    return tuple(time for time in times if math.isfinite(time))
-
-
 def advance_until(
     simulator: Simulator,
     timeout: float,
-    progress: Callable[[float, float], None],
+    watchers: Sequence[Callable[[float, float], None]],
     has_arrived: Callable[[Context], bool] = lambda _: False,
 ) -> str:
     """Run until something ends the trial, or the timeout, s, and return its message: it begins with the outcome.
 
     Args:
         simulator, timeout: of the diagram, and s.
-        progress: called regularly with the simulated time and the time limit, s.
+        watchers: called regularly with the simulated time and the time limit, s.
         has_arrived: whether all is done, where no system of the diagram ends the run then.
     """
     while True:
@@ -239,4 +256,5 @@ def advance_until(
             return status.message()
         if status.reason() == SimulatorStatus.ReturnReason.kEventHandlerFailed:
             raise StarnavError(f"simulation failed: {status.message()}")
-        progress(simulator.get_context().get_time(), timeout)
+        for watch in watchers:
+            watch(simulator.get_context().get_time(), timeout)

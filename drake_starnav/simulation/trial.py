@@ -3,20 +3,18 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from drake_starnav.geometry.footprint import Footprint, as_footprint
-from drake_starnav.geometry.trajectory import compute_motion_metrics, sample_evenly, select_samples
+from drake_starnav.geometry.trajectory import Motion, compute_motion_metrics, sample_evenly, select_samples
 from drake_starnav.scenario.margins import derive_margins
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.monitors import COLLISION, describe_contact, find_contact
 from drake_starnav.systems.goal_sequence import HEADING_TOLERANCE
 from drake_starnav.systems.star_roadmap_planner import NO_WAY, STANDSTILL
-from drake_starnav.utils.stopwatch import STEPS, Stopwatch
-from drake_starnav.worlds.clearance import compute_body_clearance
 from drake_starnav.worlds.moving_obstacles import compute_moving_obstacle_clearance
 from drake_starnav.worlds.solvable import find_leg, make_poses
 from drake_starnav.worlds.view import find_tightest_gap
@@ -107,105 +105,123 @@ class Run:
     """What a simulation leaves.
 
     Attributes:
-        message: why it ended.
-        blocked: from when on, s, which reason was reported for a robot that stood still; an empty one when it moved on.
         elapsed: when it ended, s.
         times: of the states, shape (n,), s: the ends of the simulator's steps.
         driven: shape (n, 5): x, y, yaw, v, omega at these times.
         state_hash: of the logged plant states.
+        standing_clearances, clearances: of the footprint at these times, from what stands, and from what stands or
+            moves; each of shape (n,), m.
         nodes: in the roadmap.
-        wall: wall-clock time, s.
+        steps: wall-clock times of `STEPS`, as of `Stopwatch.summarize`.
         goals: when each of several goals was reached, s.
+        message: why it ended.
+        wall: wall-clock time, s.
+        blocked: from when on, s, which reason was reported for a robot that stood still; an empty one when it moved on.
     """
 
-    message: str
     elapsed: float
     times: np.ndarray
     driven: np.ndarray
-    state_hash: str
-    nodes: int
-    wall: float
-    blocked: tuple[tuple[float, str], ...] = ()
+    standing_clearances: np.ndarray
+    clearances: np.ndarray
+    state_hash: str = ""
+    nodes: int = 0
+    steps: dict[str, Any] = field(default_factory=dict)
     goals: tuple[float, ...] = ()
+    message: str = ""
+    wall: float = 0.0
+    blocked: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def motion(self) -> Motion:
+        """Where the robot was at which time."""
+        return Motion(self.times, self.driven[:, :3])
 
 
-def compute_trial_figures(
-    scenario: Scenario, world: World, shortest_path: tuple[float, np.ndarray] | None, run: Run, stopwatch: Stopwatch
-) -> dict[str, Any]:
-    """Fields of the `Trial` of a run: its outcome, and what follows from where the robot drove, and its steps' times.
+class Task(NamedTuple):
+    """What a trial is about.
 
-    The shortest path is that of `find_omniscient_path`.
+    Attributes:
+        name, method, seed: as the trial's record has them.
+        scenario: of the robot.
+        world: with the robot's start, and its last goal.
+        shortest_path: as of `find_omniscient_path`.
     """
-    path, shape = run.driven[:, :2], scenario.robot.shape
-    standing_clearances, clearances = compute_hull_clearances(world, run, shape)
-    outcome = _find_outcome(scenario, world, run, is_struck=standing_clearances.min() < 0.0)
+
+    name: str
+    method: str
+    seed: int
+    scenario: Scenario
+    world: World
+    shortest_path: tuple[float, np.ndarray] | None
+
+    @staticmethod
+    def of(name: str, method: str, seed: int, scenario: Scenario, world: World) -> "Task":
+        """The task in a world; a `StarnavError` where that is too large to find the shortest path."""
+        path = find_omniscient_path(world, scenario.robot.shape, scenario.goals)
+        return Task(name, method, seed, scenario, world, path)
+
+
+def make_trial(task: Task, run: Run) -> Trial:
+    """The trial of a run: its outcome, and what follows from where the robot drove."""
+    path = run.driven[:, :2]
+    length = float(np.hypot(*np.diff(path.T, axis=1)).sum())
+    outcome = _find_outcome(task, run, length)
     blocked_s, blocked_by = run.blocked[-1 if outcome == "unreachable" else 0] if run.blocked else (None, None)
-    length, kept_samples = _compute_length(path), select_samples(run.times, path, PATH_TOLERANCE)
-    return {
-        "outcome": outcome,
-        "contact": find_contact(run.message),
-        "blocked_s": blocked_s,
-        "blocked_by": blocked_by,
-        "goals_s": [round(time, 6) for time in run.goals or [run.elapsed] * (outcome == "reached")],
-        "time_s": round(run.elapsed, 6),
-        "path_length_m": length,
-        **_describe_task(world, scenario.goals, shortest_path),
-        "score": compute_benchmark_score(outcome, run.elapsed, world.optimal_time),
-        "min_clearance_m": float(clearances.min()),
-        "mean_speed_mps": length / run.elapsed if run.elapsed > 0.0 else 0.0,
-        **_measure_motion(run, clearances, shape),
-        "nodes": run.nodes,
-        "wall_s": run.wall,
-        "state_hash": run.state_hash,
-        "path": path[kept_samples].round(3).tolist(),
-        "path_s": run.times[kept_samples].round(3).tolist(),
-        **{name: stopwatch.summarize(name) for name in STEPS},
-    }
-
-
-def _measure_motion(run: Run, clearances: np.ndarray, shape: Footprint) -> dict[str, Any]:
-    """The fields of `MotionMetrics`, of states at equal steps."""
-    samples = sample_evenly(
-        run.times, np.column_stack((run.driven[:, :2], run.driven[:, 3:], clearances)), METRICS_PERIOD
+    kept_samples = select_samples(run.times, path, PATH_TOLERANCE)
+    return Trial(
+        scenario=task.name,
+        method=task.method,
+        seed=task.seed,
+        outcome=outcome,
+        contact=find_contact(run.message),
+        blocked_s=blocked_s,
+        blocked_by=blocked_by,
+        goals_s=[round(time, 6) for time in run.goals or [run.elapsed] * (outcome == "reached")],
+        time_s=round(run.elapsed, 6),
+        path_length_m=length,
+        **_describe_task(task),
+        score=compute_benchmark_score(outcome, run.elapsed, task.world.optimal_time),
+        min_clearance_m=float(run.clearances.min()),
+        mean_speed_mps=length / run.elapsed if run.elapsed > 0.0 else 0.0,
+        **_measure_motion(run, task.scenario.robot.shape),
+        nodes=run.nodes,
+        wall_s=run.wall,
+        state_hash=run.state_hash,
+        **run.steps,
+        path=path[kept_samples].round(3).tolist(),
+        path_s=run.times[kept_samples].round(3).tolist(),
     )
-    places, speeds, gaps = samples[:, :2], samples[:, 2:4], samples[:, 4]
+
+
+def _measure_motion(run: Run, shape: Footprint) -> dict[str, Any]:
+    """The fields of `MotionMetrics`, of states at equal steps."""
+    samples = sample_evenly(run.times, np.column_stack((run.driven, run.clearances)), METRICS_PERIOD)
+    places, speeds, gaps = samples[:, :2], samples[:, 3:5], samples[:, 5]
     return vars(compute_motion_metrics(places, speeds, gaps, time_step=METRICS_PERIOD, footprint=shape))
 
 
-def _find_outcome(scenario: Scenario, world: World, run: Run, *, is_struck: bool) -> str:
-    """How a run ended, see `Trial`; `is_struck`: whether the footprint was in something that stands."""
-    outcome = COLLISION if is_struck else run.message.split()[0]
-    stood_still = _compute_length(run.driven[:, :2]) < NEVER_MOVED and run.elapsed > STANDSTILL
+def _find_outcome(task: Task, run: Run, length: float) -> str:
+    """How a run over a path of a length, m, ended, see `Trial`."""
+    outcome = COLLISION if run.standing_clearances.min() < 0.0 else run.message.split()[0]
+    stood_still = length < NEVER_MOVED and run.elapsed > STANDSTILL
     if outcome == TIMEOUT and (stood_still or (run.blocked and run.blocked[-1][1])):
         outcome = "blocked"
-    if outcome in (TIMEOUT, "blocked", "unreachable") and is_goal_occupied(world, run, scenario):
+    if outcome in (TIMEOUT, "blocked", "unreachable") and is_goal_occupied(task.world, run, task.scenario):
         outcome = "occupied"
     return outcome
 
 
-def _compute_length(path: np.ndarray) -> float:
-    """Of a path (n, 2), m."""
-    return float(np.hypot(*np.diff(path.T, axis=1)).sum())
-
-
-def _describe_task(world: World, goals: Goals, shortest_path: tuple[float, np.ndarray] | None) -> dict[str, Any]:
+def _describe_task(task: Task) -> dict[str, Any]:
     """Those fields of a `Trial` that do not depend on how the robot drove."""
-    places = [world.start[:2], *(goal[:2] for goal in goals or (world.goal,))]
+    world, goals = task.world, task.scenario.goals or (task.world.goal,)
+    legs = itertools.pairwise([world.start[:2], *(goal[:2] for goal in goals)])
+    length, path = task.shortest_path or (None, None)
     return {
-        "shortest_path_m": None if shortest_path is None else float(shortest_path[0]),
-        "straight_line_m": sum(math.dist(*leg) for leg in itertools.pairwise(places)),
-        "tightest_gap_m": None
-        if shortest_path is None
-        else _replace_infinite(find_tightest_gap(world, shortest_path[1])),
+        "shortest_path_m": None if length is None else float(length),
+        "straight_line_m": sum(math.dist(*leg) for leg in legs),
+        "tightest_gap_m": None if path is None else _replace_infinite(find_tightest_gap(world, path)),
     }
-
-
-def compute_hull_clearances(world: World, run: Run, own: Footprint) -> tuple[np.ndarray, np.ndarray]:
-    """Return a footprint's clearances to what stands, and to what stands or moves; each of shape (n,), m."""
-    poses = run.driven[:, :3]
-    standing_clearances = compute_body_clearance(world, poses, own)
-    moving_clearances = compute_moving_obstacle_clearance(world.moving_obstacles, poses, run.times, own)
-    return standing_clearances, np.minimum(standing_clearances, moving_clearances)
 
 
 def is_goal_occupied(world: World, run: Run, scenario: Scenario) -> bool:

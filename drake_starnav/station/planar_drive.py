@@ -5,8 +5,10 @@ import math
 import numpy as np
 from pydrake.geometry import ProximityProperties
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
+    Joint,
     PdControllerGains,
     PrismaticJoint,
     RevoluteJoint,
@@ -25,6 +27,8 @@ JOINTS = {
     "yaw": (RevoluteJoint, np.array([0.0, 0.0, 1.0])),
 }
 """From the floor on, with their type and axis."""
+LIGHT_INERTIA = SpatialInertia(0.001, np.zeros(3), UnitInertia(0.001, 0.001, 0.001))
+"""Of the bodies between two joints, kg and kg m^2."""
 
 
 class PlanarVelocityCommand(LeafSystem):
@@ -72,11 +76,16 @@ def put_on_joints(robot: RobotModel, height: float, start: tuple[float, float, f
     yaw_inertia = sum(body.default_rotational_inertia().get_moments()[2] for body in bodies)
     frame_name = f"floor_of_{plant.GetModelInstanceName(robot.index)}"
     parent = plant.AddFrame(FixedOffsetFrame(frame_name, plant.world_frame(), RigidTransform([0.0, 0.0, height])))
-    light_inertia = SpatialInertia(0.001, np.zeros(3), UnitInertia(0.001, 0.001, 0.001))  # kg and m^2
-    for (name, (kind, axis)), value, inert in zip(JOINTS.items(), start, (mass, mass, yaw_inertia), strict=True):
-        body = robot.base if name == "yaw" else plant.AddRigidBody(f"floor_{name}", robot.index, light_inertia)
+    for name, value, inert in zip(JOINTS, start, (mass, mass, yaw_inertia), strict=True):
+        kind, axis = JOINTS[name]
+        body = robot.base if name == "yaw" else plant.AddRigidBody(f"floor_{name}", robot.index, LIGHT_INERTIA)
         joint = plant.AddJoint(kind(f"floor_{name}", parent, body.body_frame(), axis))
         joint.set_default_positions(np.array([value]))
-        actuator = plant.AddJointActuator(joint.name(), joint, math.inf)
-        actuator.set_controller_gains(PdControllerGains(p=0.0, d=inert / 0.004))  # s, within which it follows
+        _add_servo(plant, joint, inert)
         parent = body.body_frame()
+
+
+def _add_servo(plant: MultibodyPlant, joint: Joint, inertia: float) -> None:
+    """Let a motor without a limit hold the speed of a joint that moves a mass, kg, or an inertia, kg m^2."""
+    actuator = plant.AddJointActuator(joint.name(), joint, math.inf)
+    actuator.set_controller_gains(PdControllerGains(p=0.0, d=inertia / 0.004))  # s, within which it follows

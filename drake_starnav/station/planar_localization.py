@@ -207,7 +207,7 @@ def read_planar_states(multibody_states: np.ndarray, num_positions: int) -> np.n
 def read_planar_state(x: Sequence[float], num_positions: int) -> tuple[float, float, float, float, float]:
     """The true value of port `state` for one of port `multibody_state`."""
     if num_positions == PLANAR:
-        px, py, yaw, v_x, v_y, omega = x
+        (px, py, yaw), (v_x, v_y, omega) = x[:3], x[3:]
         return px, py, yaw, math.copysign(math.hypot(v_x, v_y), v_x * math.cos(yaw) + v_y * math.sin(yaw)), omega
     # the plant lets the quaternion's length drift: only ratios of its elements count
     qw, qx, qy, qz, px, py = x[:6]

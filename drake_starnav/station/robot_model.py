@@ -82,17 +82,15 @@ def add_robot(
     if plan.planar:
         put_on_joints(model, max(0.0, -model.find_lowest_point(model.poses())), start)
     elif plan.wheels is not None:
-        joints = (*plan.wheels.left, *plan.wheels.right)
-        floor = stand_on_wheels(model, plan.wheels, [read_effort(text.root, joint) for joint in joints])
+        efforts = [read_effort(text.root, joint) for joint in plan.wheels.joints]
+        floor = stand_on_wheels(model, plan.wheels, efforts)
     faults += find_model_faults(model, robot, floor)
+    if len(faults) > 1:
+        faults = [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
     if faults:
-        fault_texts = faults if len(faults) == 1 else [f"({k}) {fault}" for k, fault in enumerate(faults, start=1)]
-        raise StarnavError(f"robot model {text.path}: {'; '.join(fault_texts)}")
+        raise StarnavError(f"robot model {text.path}: {'; '.join(faults)}")
     if floor is not None:
-        _set_gains(model)
-        _exclude_wheel_collisions(model)
-        X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [*start[:2], -floor])
-        plant.SetDefaultFloatingBaseBodyPose(model.base, X_WB)
+        _put_on_floor(model, start, floor)
     return model.index
 
 
@@ -118,7 +116,7 @@ def _plan_standing(text: ModelText, robot: RobotParameters) -> _StandingPlan:
             faults = (str(error),)
     if wheels is not None and max(map(abs, wheels.middle)) > 1e-6:
         move_origin(text.root, *wheels.middle)
-    held_joints = fix_joints(text.root, () if wheels is None else (*wheels.left, *wheels.right))
+    held_joints = fix_joints(text.root, () if wheels is None else wheels.joints)
     if held_joints and (planar or wheels is not None):
         warnings.warn(f"robot model {text.path}: joints held still: {', '.join(held_joints)}", stacklevel=3)
     return _StandingPlan(planar, wheels, faults)
@@ -145,6 +143,14 @@ def _parse_model(parser: Parser, root: ElementTree.Element, path: str) -> ModelI
     with refuse_parser_warnings(f"robot model {path}", "a URDF file with one robot", said):
         (model,) = parser.AddModelsFromString(model_text, "urdf")
     return model
+
+
+def _put_on_floor(robot: RobotModel, start: tuple[float, float, float], floor: float) -> None:
+    """Let a robot stand on wheels at (x, y, yaw), m and rad, W, its floor, of a height in base_link, m, at z = 0."""
+    _set_gains(robot)
+    _exclude_wheel_collisions(robot)
+    X_WB = RigidTransform(RotationMatrix.MakeZRotation(start[2]), [*start[:2], -floor])
+    robot.plant.SetDefaultFloatingBaseBodyPose(robot.base, X_WB)
 
 
 def _set_gains(robot: RobotModel) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Cylinder, ProximityProperties, Role, RoleAssign, Sphere
+from pydrake.geometry import Cylinder, GeometryId, ProximityProperties, Role, RoleAssign, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction
 from pydrake.multibody.tree import BodyIndex, FixedOffsetFrame, RevoluteJoint, RigidBody, SpatialInertia, UnitInertia
@@ -32,6 +32,11 @@ class Wheels(NamedTuple):
     left: tuple[str, ...]
     right: tuple[str, ...]
     middle: tuple[float, float]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """All, the left ones first."""
+        return (*self.left, *self.right)
 
 
 class _Turning(NamedTuple):
@@ -107,7 +112,7 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
     Returns:
         m, in base_link.
     """
-    joints = [robot.plant.GetJointByName(name, robot.index) for name in (*wheels.left, *wheels.right)]
+    joints = [robot.plant.GetJointByName(name, robot.index) for name in wheels.joints]
     poses = robot.poses()
     spans = [_measure_wheel_span(robot, joint) for joint in joints]
     axles = [(poses[joint.child_body().index()] @ _add_axle(joint)).translation() for joint in joints]
@@ -118,9 +123,8 @@ def stand_on_wheels(robot: RobotModel, wheels: Wheels, efforts: Sequence[float])
         radius = float(axle[2]) - floor
         _add_rolling_sphere(robot, joint, span._replace(radius=radius if grips else radius - LIFT), slides=not grips)
     if not any(has_grip):
-        for name, side in (("left_grip", axles[: len(wheels.left)]), ("right_grip", axles[len(wheels.left) :])):
-            _, y, z = np.mean(side, axis=0)
-            _add_grip(robot, name, np.array([0.0, y, z]), float(z) - floor)
+        _add_grip(robot, "left_grip", axles[: len(wheels.left)], floor)
+        _add_grip(robot, "right_grip", axles[len(wheels.left) :], floor)
     turned_links = {link.index() for joint in joints for link in robot.find_carried_links(joint.child_body())}
     support_places = [float(axle[0]) for axle, grips in zip(axles, has_grip, strict=True) if not grips]
     for index, X_BL in poses.items():
@@ -201,24 +205,31 @@ def _measure_wheel_span(robot: RobotModel, joint: RevoluteJoint) -> _Span:
 
 def _add_rolling_sphere(robot: RobotModel, joint: RevoluteJoint, span: _Span, *, slides: bool) -> None:
     """Give a wheel a sphere that touches only the floor, and let what else it carries never touch it."""
-    plant, inspector, link, X_LA = robot.plant, robot.inspector, joint.child_body(), _add_axle(joint)
+    link, X_LA = joint.child_body(), _add_axle(joint)
     wheel_middle = RigidTransform(X_LA.translation() + 0.5 * (span.low + span.high) * (X_LA.rotation() @ ALONG_Z))
     properties = None
     for part in robot.find_carried_links(link):
         for geometry in robot.shapes(part):
-            own_properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+            own_properties = ProximityProperties(robot.inspector.GetProximityProperties(geometry))
             properties = properties or ProximityProperties(own_properties)
-            shape = inspector.GetShape(geometry)
-            if isinstance(shape, Sphere) and part is link:
-                X_LG = RigidTransform(X_LA.rotation(), inspector.GetPoseInFrame(geometry).translation())
-                robot.scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
-                name, disc = inspector.GetName(geometry).rpartition("::")[2], Cylinder(shape.radius(), 1e-3)  # m wide
-                geometry = plant.RegisterCollisionGeometry(link, X_LG, disc, name, own_properties)
+            if part is link and isinstance(robot.inspector.GetShape(geometry), Sphere):
+                geometry = _flatten_sphere(robot, link, geometry, X_LA, own_properties)
             robot.keep_off_floor(geometry, own_properties)
     assert properties is not None
     if not properties.HasProperty("material", "point_contact_stiffness"):
         properties.AddProperty("material", "point_contact_stiffness", _find_stiffness(robot))
     _register_sphere(robot, link, wheel_middle, span.radius, None if slides else properties)
+
+
+def _flatten_sphere(
+    robot: RobotModel, link: RigidBody, geometry: GeometryId, X_LA: RigidTransform, properties: ProximityProperties
+) -> GeometryId:
+    """Put a thin disc across an axle into the place of a sphere of a link."""
+    plant, inspector = robot.plant, robot.inspector
+    X_LG = RigidTransform(X_LA.rotation(), inspector.GetPoseInFrame(geometry).translation())
+    name, disc = inspector.GetName(geometry).rpartition("::")[2], Cylinder(inspector.GetShape(geometry).radius(), 1e-3)
+    robot.scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
+    return plant.RegisterCollisionGeometry(link, X_LG, disc, name, properties)
 
 
 def _find_stiffness(robot: RobotModel) -> float:
@@ -240,8 +251,10 @@ def _register_sphere(
     robot.plant.RegisterCollisionGeometry(link, X_LG, Sphere(radius), name, properties)
 
 
-def _add_grip(robot: RobotModel, name: str, place: np.ndarray, radius: float) -> None:
-    """Add a wheel that is neither seen nor struck, with a motor."""
+def _add_grip(robot: RobotModel, name: str, axles: list[np.ndarray], floor: float) -> None:
+    """Add a wheel in the middle of the axles of a side that is neither seen nor struck, with a motor."""
+    place = np.mean(axles, axis=0) * (0.0, 1.0, 1.0)
+    radius = float(place[2]) - floor
     plant, inertia = robot.plant, SpatialInertia(0.1, np.zeros(3), UnitInertia.SolidSphere(radius))  # kg
     link, base = plant.AddRigidBody(name, robot.index, inertia), robot.base.body_frame()
     frame = plant.AddFrame(FixedOffsetFrame(f"{name}_axle", base, RigidTransform(place), robot.index))

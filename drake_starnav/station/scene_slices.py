@@ -113,32 +113,32 @@ class SceneSlices:
         inspector = query.inspector()
         if not inspector.geometry_version().IsSameAs(self._version, self._role):
             self._read(inspector)
-        X_WF = np.empty((len(self._solids), 3, 4))
-        X_WF[0] = _IDENTITY
-        for k, frame in enumerate(self._frames[1:], start=1):
-            X_WF[k] = query.GetPoseInWorld(frame).GetAsMatrix34()
+        X_WF = np.array([_IDENTITY, *(query.GetPoseInWorld(frame).GetAsMatrix34() for frame in self._frames[1:])])
         first = X_WS if X_WS_begin is None else X_WS_begin
         keys, planes, (begin, end), stale = find_scan_planes(X_WF, first, X_WS, self._keys)
-        x, y, _ = end[0].tolist()
-        reach = range_max + math.dist((x, y), begin[0, :2].tolist())
-        if math.dist((x, y), self._kept[:2]) + reach > self._kept[2]:
+        place = end[0, :2].tolist()
+        reach = range_max + math.dist(place, begin[0, :2].tolist())
+        if math.dist(place, self._kept[:2]) + reach > self._kept[2]:
             stale = np.union1d(0, stale)
-        for k in stale.tolist():
-            if k == 0:
-                self._kept = x, y, 2.0 * reach
+        if 0 in stale:
+            self._kept = (*place, 2.0 * reach)
+        if len(stale):
+            self._slice(keys, planes, stale)
+        ranges = np.full(len(fan.directions), np.inf)
+        if X_WS_begin is None:
+            cast_groups(tuple(self._groups), end, tuple(fan), ranges, range_max)
+        else:
+            cast_rolling(tuple(self._groups), begin, end, tuple(fan), ranges, range_max)
+        return ranges
+
+    def _slice(self, keys: np.ndarray, planes: np.ndarray, numbers: np.ndarray) -> None:
+        """Cut the solids of the frames of some numbers anew, by the scan plane in each, as of `find_scan_planes`."""
+        for k in numbers.tolist():
             slab = self._slabs[k]
             if slab is None or not slab.contains_cut_of(planes[k]):
                 slab = self._slabs[k] = Slab.of(self._solids[k], planes[k])
             self._rows[k] = slice_solids(slab.solids, planes[k], EVERYWHERE if k else self._kept)
-        if len(stale):
-            self._keys, self._groups = keys, Shapes.of(self._rows)
-        ranges = np.full(len(fan.directions), np.inf)
-        groups, beams = tuple(self._groups), tuple(fan)
-        if X_WS_begin is None:
-            cast_groups(groups, end, beams, ranges, range_max)
-        else:
-            cast_rolling(groups, begin, end, beams, ranges, range_max)
-        return ranges
+        self._keys, self._groups = keys, Shapes.of(self._rows)
 
     def _read(self, inspector: SceneGraphInspector) -> None:
         solids = read_solids(inspector, self._role, self._exclude)

@@ -55,9 +55,9 @@ def add_ground(plant: MultibodyPlant, extent: tuple[float, float, float, float])
 
     A big box, since a half space among many anchored shapes crashes Drake (issue 19263).
     """
-    x0, y0, x1, y1 = extent
-    box = Box(x1 - x0 + 2 * GROUND_BORDER, y1 - y0 + 2 * GROUND_BORDER, GROUND_THICKNESS)
-    X_WG = RigidTransform([0.5 * (x0 + x1), 0.5 * (y0 + y1), -0.5 * GROUND_THICKNESS])
+    low, high = np.reshape(extent, (2, 2))
+    box = Box(*(high - low + 2 * GROUND_BORDER), GROUND_THICKNESS)
+    X_WG = RigidTransform([*(0.5 * (low + high)), -0.5 * GROUND_THICKNESS])
     return plant.RegisterCollisionGeometry(plant.world_body(), X_WG, box, "ground", CoulombFriction(1.0, 1.0))
 
 
@@ -100,6 +100,13 @@ def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | Non
         _add_shape(plant, f"cylinder_{k}", Cylinder(radius, height), RigidTransform([x, y, z]), OBSTACLE_COLOR)
     for k, (x, y, radius) in enumerate(world.spheres):
         _add_shape(plant, f"sphere_{k}", Sphere(radius), RigidTransform([x, y, radius]), OBSTACLE_COLOR)
+    _add_prisms(plant, world, height)
+    if world.bounds is not None:
+        _add_walls(plant, world.bounds, height)
+
+
+def _add_prisms(plant: MultibodyPlant, world: World, height: float) -> None:
+    """Add the polygons of a world as prisms of a height, m: many of them look like one body, and very many are one."""
     convex_parts, is_solid = {}, make_surface_world(world) is None
     for k, polygon in enumerate(world.polygons):
         convex_parts.update({f"polygon_{k}_{i}": part for i, part in enumerate(split_into_convex_parts(polygon))})
@@ -108,9 +115,6 @@ def add_still_obstacles(plant: MultibodyPlant, world: World, height: float | Non
         _add_shape(plant, name, *_make_prism_shape(part, height, name), None if is_one_body else OBSTACLE_COLOR)
     if is_one_body:
         add_surface(plant, _make_prisms_mesh(list(convex_parts.values()), height), "polygons_visual", seen=not is_solid)
-    if world.bounds is not None:
-        for side, (cx, cy, length, width) in _make_walls(world.bounds).items():
-            _add_shape(plant, f"wall_{side}", Box(length, width, height), RigidTransform([cx, cy, z]), WALL_COLOR)
 
 
 def make_surface_world(world: World) -> World | None:
@@ -173,13 +177,14 @@ def _make_prisms_mesh(parts: list[np.ndarray], height: float) -> Mesh:
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(mesh_text, ".obj", "obstacles.obj")))
 
 
-def _make_walls(bounds: tuple[float, float, float, float]) -> dict[str, tuple[float, float, float, float]]:
-    x0, y0, x1, y1 = bounds
-    wall_thickness = WALL_THICKNESS
-    cx, cy = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-    return {
-        "south": (cx, y0 - 0.5 * wall_thickness, x1 - x0 + 2 * wall_thickness, wall_thickness),
-        "north": (cx, y1 + 0.5 * wall_thickness, x1 - x0 + 2 * wall_thickness, wall_thickness),
-        "west": (x0 - 0.5 * wall_thickness, cy, wall_thickness, y1 - y0),
-        "east": (x1 + 0.5 * wall_thickness, cy, wall_thickness, y1 - y0),
-    }
+def _add_walls(plant: MultibodyPlant, bounds: tuple[float, float, float, float], height: float) -> None:
+    """Add walls of a height, m, along the outside of bounds; those along x reach around the corners."""
+    low, high = np.reshape(bounds, (2, 2))
+    middle, (length, width) = 0.5 * (low + high), high - low
+    for side, x, y, box in (
+        ("south", middle[0], low[1] - 0.5 * WALL_THICKNESS, (length + 2 * WALL_THICKNESS, WALL_THICKNESS)),
+        ("north", middle[0], high[1] + 0.5 * WALL_THICKNESS, (length + 2 * WALL_THICKNESS, WALL_THICKNESS)),
+        ("west", low[0] - 0.5 * WALL_THICKNESS, middle[1], (WALL_THICKNESS, width)),
+        ("east", high[0] + 0.5 * WALL_THICKNESS, middle[1], (WALL_THICKNESS, width)),
+    ):
+        _add_shape(plant, f"wall_{side}", Box(*box, height), RigidTransform([x, y, 0.5 * height]), WALL_COLOR)

@@ -9,7 +9,7 @@ from drake_starnav.visualization import meshes
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 
-STANDING_SPEED = 0.02
+LEAST_SPEED = 0.02
 """An obstacle slower than this has no arrow, m/s."""
 
 
@@ -41,7 +41,7 @@ class BodyMarks:
         """Arrows from the middles of obstacles to where they will be in 1 s at their velocities at a time, s."""
         positions, velocities = (row[0] for row in moving_obstacle_states(self._obstacles, np.array([time])))
         for k, ((x, y), (vx, vy)) in enumerate(zip(positions, velocities, strict=True)):
-            speed = math.hypot(vx, vy) if math.hypot(vx, vy) > STANDING_SPEED else 0.0
+            speed = math.hypot(vx, vy) if math.hypot(vx, vy) > LEAST_SPEED else 0.0
             if speed > 0.0:
                 self._stage.move("velocities", f"{k}", np.array((x, y, math.atan2(vy, vx))), time)
             if abs(speed - self._speeds[k]) > 0.1 * self._speeds[k]:

@@ -20,7 +20,7 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.navigation.robot import body_top, obstacle_top
@@ -67,7 +67,7 @@ class _Body(NamedTuple):
     parts: Sequence[_Part]
 
 
-class DrivenRobot(NamedTuple):
+class RobotTrack(NamedTuple):
     """A robot that has driven: what it is, how it moved, the legend's words for it, and goals (x, y) of its own, m."""
 
     name: str
@@ -76,9 +76,14 @@ class DrivenRobot(NamedTuple):
     description: str
     goals: Sequence[tuple[float, ...]] = ()
 
+    @property
+    def layer_name(self) -> str:
+        """Of its trail."""
+        return f"{TRAIL}/{self.name}"
+
 
 def record_tracks(
-    robots: Sequence[DrivenRobot],
+    robots: Sequence[RobotTrack],
     world: World,
     heading: str,
     line: str,
@@ -94,39 +99,39 @@ def record_tracks(
         view: camera preset that it opens with.
         shown: layers that are shown at first; None for all.
     """
-    trails = dict(make_trail_layer(each.name, each.description, k) for k, each in enumerate(robots))
-    layers = {**trails, **meshes.add_scene_layers({}, world)}
-    del layers["robot"]  # there are several, each with a row of its own
-    has_common_goal = not any(each.goals for each in robots)
-    if has_common_goal:
-        layers["goal"] = meshes.LAYERS["goal"]
-    bodies = [
-        _make_robot_body(each, layer.color, 0.02 * (len(robots) - k))  # the first is on top
-        for k, (each, layer) in enumerate(zip(robots, trails.values(), strict=True))
-    ]
+    layers = _list_layers(robots, world)
     rate, meshcat = robots[0].scenario.recording.frames_per_second, start_quiet_meshcat()
     stage = MeshcatStage(meshcat, f"/{ROOT}", 1.0 / rate, layers)
     meshcat.StartRecording(rate, set_visualizations_while_recording=False)
+    bodies = [_make_robot_body(each, layers, 0.02 * (len(robots) - k)) for k, each in enumerate(robots)]  # first on top
     scene = _play_motions(meshcat, world, max(obstacle_top(each.scenario) for each in robots), bodies, rate)
-    if has_common_goal:
-        _add_goal(stage, "goal", world.goal, robots[0], world)
-    for each, layer_name in zip(robots, trails, strict=True):
-        for goal in each.goals:
-            _add_goal(stage, layer_name, goal, each, world)
-        _grow_trail(stage, layer_name, each, layers[layer_name].height, world)
+    _draw_tracks(stage, robots, layers, world)
     caption = Caption(heading, (line,), layers, shown)
-    finish_recording(
-        meshcat, html, caption, Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
-    )
-    return RecordedRun(caption, world.extent, scene, stage.shapes, tuple(each.motion for each in robots))
+    cameras = Cameras(world.extent, view, f"{WORLD_PREFIX}/{bodies[0].name}", world.start[:2])
+    finish_recording(meshcat, html, caption, cameras)
+    return RecordedRun(caption, world.extent, scene, stage.shapes, tuple(body.motion for body in bodies))
 
 
-def _add_goal(stage: MeshcatStage, layer: str, place: Sequence[float], robot: DrivenRobot, world: World) -> None:
-    """Mark a goal of a robot."""
-    stage.add(layer, meshes.make_goal_star(place, robot.scenario.robot.radius, world.extent), 0.0)
+def _list_layers(robots: Sequence[RobotTrack], world: World) -> dict[str, meshes.Layer]:
+    """Return the rows of the legend, by name: the trails, and the goal of all if none has goals of its own."""
+    trails = dict(make_trail_layer(each.name, each.description, k) for k, each in enumerate(robots))
+    layers = {**trails, **meshes.add_scene_layers({}, world)}
+    del layers["robot"]  # there are several, each with a row of its own
+    return layers if any(each.goals for each in robots) else {**layers, "goal": meshes.LAYERS["goal"]}
 
 
-def _grow_trail(stage: MeshcatStage, layer: str, robot: DrivenRobot, height: float, world: World) -> None:
+def _draw_tracks(
+    stage: MeshcatStage, robots: Sequence[RobotTrack], layers: dict[str, meshes.Layer], world: World
+) -> None:
+    """Draw the trails of robots, and the goals, that of all as large as the first robot."""
+    own_goals = [(each.layer_name, goal, each) for each in robots for goal in each.goals]
+    for name, goal, robot in own_goals or [("goal", world.goal, robots[0])]:
+        stage.add(name, meshes.make_goal_star(goal, robot.scenario.robot.radius, world.extent), 0.0)
+    for each in robots:
+        _grow_trail(stage, each, layers[each.layer_name].height, world)
+
+
+def _grow_trail(stage: MeshcatStage, robot: RobotTrack, height: float, world: World) -> None:
     """Let the trail of a robot grow, so high above the floor, m."""
     width = meshes.LINE_WIDTH * meshes.choose_mark_scale(world.extent, robot.scenario.robot.radius)
     recording, motion = robot.scenario.recording, robot.motion
@@ -136,7 +141,7 @@ def _grow_trail(stage: MeshcatStage, layer: str, robot: DrivenRobot, height: flo
     for k in range(1, len(times)):
         if k % piece == 0 or k == len(times) - 1:
             trail = meshes.make_ribbon(places[(k - 1) // piece * piece : k + 1], width, height)
-            stage.add(layer, trail, times[k] + FRAME_SLACK)
+            stage.add(robot.layer_name, trail, times[k] + FRAME_SLACK)
 
 
 def _play_motions(meshcat: Meshcat, world: World, height: float, robots: Sequence[_Body], rate: int) -> SceneTimeline:
@@ -150,24 +155,24 @@ def _play_motions(meshcat: Meshcat, world: World, height: float, robots: Sequenc
     bodies = [*robots, *_make_moving_bodies(world.moving_obstacles, height, times)]
     motions = {_register_body(scene_graph, source, body): body.motion for body in bodies}
     add_scene(builder, plant, scene_graph, meshcat, find_floor_geometries(plant, scene_graph))
-    scene, diagram = SceneTimeline(scene_graph), builder.Build()
-    context = diagram.CreateDefaultContext()
-    scene_context = scene_graph.GetMyContextFromRoot(context)
+    return _move_bodies(builder.Build(), scene_graph, source, motions, times)
+
+
+def _move_bodies(
+    diagram: Diagram, scene_graph: SceneGraph, source: SourceId, motions: Mapping[FrameId, Motion], times: np.ndarray
+) -> SceneTimeline:
+    """Let the frames of a scene be where they are at each of the times, s, and let what shows the scene show it."""
+    scene, context = SceneTimeline(scene_graph), diagram.CreateDefaultContext()
+    scene_context, poses = scene_graph.GetMyContextFromRoot(context), FramePoseVector()
     for time in times.tolist():
+        for frame, motion in motions.items():
+            x, y, yaw = motion.at(time)
+            poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
         context.SetTime(time + FRAME_SLACK)
-        scene_graph.get_source_pose_port(source).FixValue(scene_context, _find_poses(motions, time))
+        scene_graph.get_source_pose_port(source).FixValue(scene_context, poses)
         diagram.ForcedPublish(context)
         scene.note(scene_graph.get_query_output_port().Eval(scene_context), time)
     return scene
-
-
-def _find_poses(motions: Mapping[FrameId, Motion], time: float) -> FramePoseVector:
-    """Where frames are at a time, s."""
-    poses = FramePoseVector()
-    for frame, motion in motions.items():
-        x, y, yaw = motion.at(time)
-        poses.set_value(frame, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
-    return poses
 
 
 def _make_moving_bodies(obstacles: MovingObstacles, height: float, times: np.ndarray) -> list[_Body]:
@@ -189,12 +194,12 @@ def _register_body(scene_graph: SceneGraph, source: SourceId, body: _Body) -> Fr
     return frame
 
 
-def _make_robot_body(robot: DrivenRobot, color: meshes.Color, floor: float) -> _Body:
-    """A hull of its colour and of the robot's height with a light deck, a bar ahead and a lidar, on a floor, m."""
+def _make_robot_body(robot: RobotTrack, layers: dict[str, meshes.Layer], floor: float) -> _Body:
+    """A hull in its trail's colour, as high as the robot, with a light deck, a bar ahead and a lidar, on a floor, m."""
     shape, height = robot.scenario.robot.shape, body_top(robot.scenario)
     radius, top = shape.radius, floor + height
     hulls = [make_upright_prism(part, height, robot.name) for part in shape.parts] or [Cylinder(radius, height)]
-    parts = [_Part(hull, 0.0, top - 0.5 * height, color) for hull in hulls]
+    parts = [_Part(hull, 0.0, top - 0.5 * height, layers[robot.layer_name].color) for hull in hulls]
     if shape.is_disc:
         parts.append(_Part(Cylinder(0.55 * radius, 0.004), 0.0, top, meshes.DECK_COLOR))
     parts.append(_Part(Box(0.8 * radius, 0.2 * radius, 0.008), 0.4 * radius, top, meshes.HEADING_COLOR))

@@ -95,34 +95,38 @@ def find_shortest_path(world: World, clearance: float, resolution: float = 0.05)
     capsules = make_capsules(world, clearance)
     if find_blocking_capsule(*end_points[0], *end_points[1], capsules) < 0:
         return math.dist(*end_points), end_points
-    x0, y0, x1, y1 = world.extent
-    pad = 0.0 if world.bounds is not None else clearance  # a way around the outermost obstacles of an open plane
-    corners = np.array([(x, y) for x in (x0 - pad, x1 + pad) for y in (y0 - pad, y1 + pad)])
     ways = []
     for angle in _GRID_ANGLES:
-        frame, frame_back = np.array(((0.0, 0.0, angle), (0.0, 0.0, -angle)))
-        outer = transform_points(frame, corners)
-        box = np.array((outer.min(axis=0), outer.max(axis=0)))
-        if math.prod((box[1] - box[0]) / resolution) > LARGEST_GRID:
-            raise StarnavError(
-                f"shortest path: the grid of world {world.name} has more than {LARGEST_GRID:.0e} cells of "
-                f"{resolution:g} m; allowed: a larger resolution"
-            )
-        turned_capsules = np.column_stack(
-            (transform_points(frame, capsules[:, :2]), transform_points(frame, capsules[:, 2:4]), capsules[:, 4])
-        )
-        between = _search_grid(transform_points(frame, end_points), box, turned_capsules, resolution, clearance)
+        between = _search_turned_grid(world, capsules, angle, resolution, clearance)
         if len(between):
-            way = _shorten_path(
-                np.vstack((end_points[:1], transform_points(frame_back, between), end_points[1:])), capsules
-            )
+            way = _shorten_path(np.vstack((end_points[:1], between, end_points[1:])), capsules)
             ways.append((float(measure_arc_lengths(way)[-1]), way))
     return min(ways, key=lambda found: found[0], default=None)
 
 
+def _search_turned_grid(world: World, capsules: np.ndarray, angle: float, step: float, radius: float) -> np.ndarray:
+    """Points (k, 2) of a free grid, turned by an angle, rad, each in sight of the next, from near the start of a world
+    to near its goal; none without a way. `radius` is that of the narrowest capsule, m."""
+    x0, y0, x1, y1 = world.extent
+    pad = 0.0 if world.bounds is not None else radius  # a way around the outermost obstacles of an open plane
+    corners = np.array([(x, y) for x in (x0 - pad, x1 + pad) for y in (y0 - pad, y1 + pad)])
+    frame, frame_back = np.array(((0.0, 0.0, angle), (0.0, 0.0, -angle)))
+    outer = transform_points(frame, corners)
+    box = np.array((outer.min(axis=0), outer.max(axis=0)))
+    if math.prod((box[1] - box[0]) / step) > LARGEST_GRID:
+        raise StarnavError(
+            f"shortest path: the grid of world {world.name} has more than {LARGEST_GRID:.0e} cells of {step:g} m; "
+            "allowed: a larger resolution"
+        )
+    axes = [transform_points(frame, capsules[:, k : k + 2]) for k in (0, 2)]
+    places = transform_points(frame, np.array([world.start[:2], world.goal]))
+    return transform_points(
+        frame_back, _search_grid(places, box, np.column_stack((*axes, capsules[:, 4])), step, radius)
+    )
+
+
 def _search_grid(places: np.ndarray, box: np.ndarray, capsules: np.ndarray, step: float, radius: float) -> np.ndarray:
-    """Points (k, 2) of a free grid in a box, each in sight of the next, from near the first end to near the other; none
-    without a way. `radius` is that of the narrowest capsule, m."""
+    """The same of two places in a box, for a grid along its sides."""
     spare = math.hypot(radius, math.hypot(0.5, 0.5) * step) - radius  # of two such neighbours, their line is free
     nx, ny = ((box[1] - box[0]) / step).astype(int) + 1
     free = measure_capsule_distances(box[0], (nx, ny), step, spare + step, capsules) > spare

@@ -16,8 +16,7 @@ def occupied(away: float, *, footprint: str = "", goals: str = "", reached: int 
     text = f"world: !Room {{}}\nobstacles: {{max_speed: 1.0}}\n{tolerance}{footprint}{goals}"
     path = np.array([(0.0, 3.0, -away), (1.0, 3.0, -away)])
     world = World("test", (0.0, 0.0, 0.0), (3.0, 0.0), moving_obstacles=MovingObstacles(np.array([RADIUS]), (path,)))
-    times, states = np.zeros(1), np.zeros((1, 5))
-    run = Run("timeout", 5.0, times, states, "", 0, 0.0, goals=tuple(map(float, range(reached))))
+    run = Run(5.0, np.zeros(1), np.zeros((1, 5)), np.zeros(1), np.zeros(1), goals=tuple(map(float, range(reached))))
     return is_goal_occupied(world, run, parse_scenario(text, name="test"))
 
 

@@ -7,7 +7,8 @@ from drake_starnav import RobotParameters, Scenario, World
 from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.utils.resources import find_model_path
 from drake_starnav.visualization.plot import draw_moment
-from drake_starnav.visualization.tracks import COLORS, DrivenRobot, record_tracks
+from drake_starnav.visualization.tracks import COLORS, RobotTrack, record_tracks
+from drake_starnav.worlds.world import World
 from tests.helpers.camera import plotted
 
 WORLD = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-2.0, -2.0, 2.0, 2.0))
@@ -19,7 +20,7 @@ def test_trails_grow_behind_robots_of_their_colours(tmp_path) -> None:
         name: np.column_stack((times - 1.0, np.full(41, y), np.zeros(41))) for name, y in (("a", 1.0), ("b", -1.0))
     }
     driven = [
-        DrivenRobot(name, Scenario("two", None), Motion(times, line), "reached", [(0.0, 0.0)] if name == "b" else [])
+        RobotTrack(name, Scenario("two", None), Motion(times, line), "reached", [(0.0, 0.0)] if name == "b" else [])
         for name, line in lines.items()
     ]
     recorded = record_tracks(driven, WORLD, "two", "2 robots", tmp_path / "two.html")
@@ -40,7 +41,7 @@ def test_robots_and_obstacles_have_the_height_that_they_have_in_the_plant(tmp_pa
     (tmp_path / "tall.urdf").write_text(text, encoding="utf-8")
     tall = RobotParameters(model=str(tmp_path / "tall.urdf"), radius=0.3)
     scenario = Scenario("tall", None, robot=tall)
-    driven = [DrivenRobot("tall", scenario, Motion(np.arange(2.0), np.zeros((2, 3))), "reached")]
+    driven = [RobotTrack("tall", scenario, Motion(np.arange(2.0), np.zeros((2, 3))), "reached")]
     recorded = record_tracks(driven, WORLD, "tall", "1 robot", tmp_path / "tall.html")
     placed = [(solid.vertices, solid.poses.at(0.0)) for solid in recorded.scene.solids]
     assert min((vertices @ X[2, :3] + X[2, 3]).max() for vertices, X in placed) > 0.9
