@@ -18,7 +18,7 @@ from drake_starnav.robot import RobotParameters
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.station.navigation_station import NavigationStation
 from drake_starnav.worlds import RosMap, compute_clearance, find_shortest_path, make_world
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
+from drake_starnav.worlds.formats.ros_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from tests.helpers.maps import write_map
 
 

@@ -6,7 +6,7 @@ that the numerics can be used without Drake.
 """
 
 from drake_starnav.utils.compiled_ahead import use_compiled_functions
-from drake_starnav.utils.lazily import load_lazily
+from drake_starnav.utils.imported import load_lazily
 
 use_compiled_functions()
 

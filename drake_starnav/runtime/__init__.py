@@ -16,6 +16,6 @@ A base that does not stand by itself when its commands end (`drive.timeout`) is 
 A name is imported when first used: the watchdog needs neither Drake nor NumPy.
 """
 
-from drake_starnav.utils.lazily import load_lazily
+from drake_starnav.utils.imported import load_lazily
 
 __all__, __getattr__ = load_lazily(__name__, __file__)

@@ -16,14 +16,12 @@ from drake_starnav.worlds.convex_parts import split_into_convex_parts
 from drake_starnav.worlds.formats.obstacles import Model, Obstacles
 from drake_starnav.worlds.formats.ros_map import RosMap
 from drake_starnav.worlds.formats.world_file import Barn, DynaBarn
-from drake_starnav.worlds.generators.channel import Channel
-from drake_starnav.worlds.generators.corridor import Corridor
+from drake_starnav.worlds.generators.channel import Channel, Corridor
 from drake_starnav.worlds.generators.crowd import Crowd, StopAndGo
 from drake_starnav.worlds.generators.forest import Forest
 from drake_starnav.worlds.generators.maze import Maze
 from drake_starnav.worlds.generators.paper import PaperForest, PaperMaze, PaperRoom
-from drake_starnav.worlds.generators.room import Room
-from drake_starnav.worlds.generators.rooms import Rooms
+from drake_starnav.worlds.generators.rooms import Room, Rooms
 from drake_starnav.worlds.moving_obstacles import MovingObstacles, moving_obstacle_states
 from drake_starnav.worlds.shortest_path import find_shortest_path
 from drake_starnav.worlds.solvable import check_ends, check_reachable

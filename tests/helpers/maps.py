@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, OccupancyMap
+from drake_starnav.worlds.formats.ros_map import FREE, OCCUPIED, OccupancyMap
 
 
 def write_map(grid: OccupancyMap, path: Path) -> None:

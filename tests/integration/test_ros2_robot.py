@@ -25,8 +25,7 @@ from benchmarks.simulators import mjcf
 from drake_starnav.loading import load_scenario
 from drake_starnav.runtime import Navigator, drive, read_log, replay
 from drake_starnav.runtime.ros2 import Ros2
-from drake_starnav.runtime.ros2_cyclone import Cyclone
-from drake_starnav.runtime.ros2_messages import MESSAGES
+from drake_starnav.runtime.ros2_cyclone import MESSAGES, Cyclone
 from drake_starnav.scenario.schema import Scenario
 from drake_starnav.worlds import make_world
 

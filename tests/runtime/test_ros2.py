@@ -20,8 +20,8 @@ from drake_starnav.lidar.mounts import ON_AXIS
 from drake_starnav.runtime import Navigator, drive, read_log, replay
 from drake_starnav.runtime.intake import WITHDRAWN
 from drake_starnav.runtime.ros2 import EMPTY, POSE, Ros2, read_goal, read_odometry, read_scan
+from drake_starnav.runtime.ros2_cyclone import MESSAGES as MAKE
 from drake_starnav.runtime.ros2_cyclone import Cyclone, make_configuration
-from drake_starnav.runtime.ros2_messages import MESSAGES as MAKE
 
 WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 DOMAIN = iter(range(101 + WORKER, 232, 8))

@@ -7,7 +7,7 @@ pytest.importorskip("cyclonedds")
 pytest.importorskip("rosbags")
 from rosbags.typesys import Stores, get_typestore
 
-from drake_starnav.runtime.ros2_messages import FIELDS, MESSAGES, PLAIN
+from drake_starnav.runtime.ros2_cyclone import FIELDS, MESSAGES, PLAIN
 
 OURS, THEIRS = MESSAGES, get_typestore(Stores.ROS2_JAZZY)
 LENGTHS = {"ranges": 361, "intensities": 0, "data": 5, "covariance": 36}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from drake_starnav.geometry.footprint import disc, footprint
-from drake_starnav.visualization.body_marks import BodyMarks
 from drake_starnav.visualization.meshcat_stage import MeshcatStage
+from drake_starnav.visualization.star_roadmap_visualizer import BodyMarks
 from drake_starnav.worlds.moving_obstacles import MovingObstacles
 
 LONG = footprint(((0.6, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.6, -0.2)))

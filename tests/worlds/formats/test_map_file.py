@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from drake_starnav.errors import StarnavError
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map
+from drake_starnav.worlds.formats.ros_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap, read_map
 
 KEYS = {"image": "m.pgm", "resolution": 0.1, "origin": [0.0, 0.0, 0.0], "occupied_thresh": 0.65, "free_thresh": 0.196}
 CODES = {FREE: ".", OCCUPIED: "#", UNKNOWN: "?"}

@@ -8,7 +8,7 @@ import pytest
 
 from drake_starnav.errors import StarnavError
 from drake_starnav.worlds import RosMap, compute_clearance, find_shortest_path, make_world
-from drake_starnav.worlds.formats.map_file import FREE, OCCUPIED, UNKNOWN, OccupancyMap
+from drake_starnav.worlds.formats.ros_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from tests.helpers.maps import write_map
 
 RADIUS = 0.25
