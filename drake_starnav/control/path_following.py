@@ -64,7 +64,7 @@ def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
     )
     velocity = cap_speed(velocity, speed_limit)
     proposal[0], proposal[1] = ux, uy
-    proposal[2], proposal[3], proposal[4] = velocity.ahead, velocity.aside, velocity.turning
+    proposal[2], proposal[3], proposal[4] = velocity.v_x, velocity.v_y, velocity.turning
 
 
 @kernel

@@ -337,8 +337,8 @@ def begin_manoeuvres(manoeuvres, start, scene):
     continue_rollout(rollout, manoeuvres, predict_discs(scene, 0.0, MANOEUVRE_STEPS), scene, rollouts)
     for m in range(len(manoeuvres)):
         wanted_velocity = choose_velocity(manoeuvres[m], rollout, scene.line, limits, scene.radius, scene.slowdown)
-        forward_speed = limit_value(wanted_velocity.ahead, limits.max_speed)
-        sideways_speed = limit_value(wanted_velocity.aside, limits.max_speed)
+        forward_speed = limit_value(wanted_velocity.v_x, limits.max_speed)
+        sideways_speed = limit_value(wanted_velocity.v_y, limits.max_speed)
         turning_rate = limit_value(wanted_velocity.turning, limits.max_yaw_rate)
         velocities[m, 0], velocities[m, 1], velocities[m, 2] = forward_speed, sideways_speed, turning_rate
         velocity_change = math.hypot(forward_speed - rollout.ahead, sideways_speed - rollout.aside) / limits.max_speed
@@ -435,7 +435,7 @@ def drive_step(rollout, wanted_velocity, scene):
     velocity, mean_velocity = ramp_velocity(read_end_velocity(rollout), wanted_velocity, STEP, limits)
     pose = integrate_step(Pose(rollout.x, rollout.y, rollout.yaw), mean_velocity, STEP, limits)
     rollout.yaw, rollout.turning = pose.yaw, velocity.turning
-    rollout.ahead, rollout.aside = velocity.ahead, velocity.aside
+    rollout.ahead, rollout.aside = velocity.v_x, velocity.v_y
     is_free = covers(star.center, star.bearing_0, star.values, np.int64(0), pose.x, pose.y, 0.0)
     is_free = is_free or find_covering_region(scene.regions, pose.x, pose.y, 0.0) >= 0
     clearance = measure_clearance(pose.x, pose.y, scene)

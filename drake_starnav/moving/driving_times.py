@@ -73,14 +73,14 @@ def compute_heading_loss(error, velocity, limits):
     The duration of the turn, unless the base needs none, plus the time lost while the speed along the path grows to the
     maximum. A base that steers turns at full speed.
     """
-    missing_speed = limits.max_speed - velocity.ahead * math.cos(error) - velocity.aside * math.sin(error)
+    missing_speed = limits.max_speed - velocity.v_x * math.cos(error) - velocity.v_y * math.sin(error)
     speed_up_time = missing_speed * missing_speed / (2.0 * limits.max_acceleration * limits.max_speed)
     if limits.holonomic > 0.0:
         return speed_up_time
     if limits.steers > 0.0:
         speed = limits.max_speed
         rates = speed * limits.max_yaw_rate, speed * limits.max_yaw_acceleration
-        return compute_turning_time(error, velocity.turning * velocity.ahead, rates) + speed_up_time
+        return compute_turning_time(error, velocity.turning * velocity.v_x, rates) + speed_up_time
     return (
         compute_turning_time(error, velocity.turning, (limits.max_yaw_rate, limits.max_yaw_acceleration))
         + speed_up_time

@@ -21,8 +21,8 @@ class Velocity(NamedTuple):
     The turning of a base that steers is its curvature, 1/m.
     """
 
-    ahead: float
-    aside: float
+    v_x: float
+    v_y: float
     turning: float
 
 
@@ -103,10 +103,10 @@ def find_velocity_towards(error, speed, limits):
 @leaf
 def cap_speed(velocity, speed):
     """The velocity with at most this speed ahead, m/s; one that leads aside keeps its direction."""
-    if velocity.aside == 0.0:
-        return Velocity(min(velocity.ahead, speed), 0.0, velocity.turning)
-    speed_share = min(speed / math.hypot(velocity.ahead, velocity.aside), 1.0)
-    return Velocity(speed_share * velocity.ahead, speed_share * velocity.aside, velocity.turning)
+    if velocity.v_y == 0.0:
+        return Velocity(min(velocity.v_x, speed), 0.0, velocity.turning)
+    speed_share = min(speed / math.hypot(velocity.v_x, velocity.v_y), 1.0)
+    return Velocity(speed_share * velocity.v_x, speed_share * velocity.v_y, velocity.turning)
 
 
 @register_jitable

@@ -181,26 +181,26 @@ def ramp_velocity(current_velocity, target, time_step, limits):
     turning_change = limits.max_yaw_acceleration * time_step
     turning = ramp_value(current_velocity.turning, target.turning, turning_change)
     mean_turning = average_ramp(current_velocity.turning, target.turning, turning_change)
-    if current_velocity.aside == 0.0 and target.aside == 0.0:
-        next_ahead, mean_ahead = ramp_speed(current_velocity.ahead, target.ahead, time_step, limits)
+    if current_velocity.v_y == 0.0 and target.v_y == 0.0:
+        next_ahead, mean_ahead = ramp_speed(current_velocity.v_x, target.v_x, time_step, limits)
         return Velocity(next_ahead, 0.0, turning), Velocity(mean_ahead, 0.0, mean_turning)
-    dx, dy = target.ahead - current_velocity.ahead, target.aside - current_velocity.aside
+    dx, dy = target.v_x - current_velocity.v_x, target.v_y - current_velocity.v_y
     change, slowest = max(math.hypot(dx, dy), 1e-12), 0.0
     if limits.max_acceleration != limits.max_deceleration:  # how far along the change the speed is least
-        slowest = -(current_velocity.ahead * dx + current_velocity.aside * dy) / change
+        slowest = -(current_velocity.v_x * dx + current_velocity.v_y * dy) / change
     end_speed, mean_speed = ramp_speed(-slowest, change - slowest, time_step, limits)
     end_share, mean_share = (end_speed + slowest) / change, (mean_speed + slowest) / change
-    next_velocity = Velocity(current_velocity.ahead + end_share * dx, current_velocity.aside + end_share * dy, turning)
+    next_velocity = Velocity(current_velocity.v_x + end_share * dx, current_velocity.v_y + end_share * dy, turning)
     return next_velocity, Velocity(
-        current_velocity.ahead + mean_share * dx, current_velocity.aside + mean_share * dy, mean_turning
+        current_velocity.v_x + mean_share * dx, current_velocity.v_y + mean_share * dy, mean_turning
     )
 
 
 @leaf
 def integrate_step(pose, mean_velocity, time_step, limits):
     """Return the pose after a step (s) at mean rates."""
-    way = mean_velocity.ahead * time_step
-    side = mean_velocity.aside * time_step
+    way = mean_velocity.v_x * time_step
+    side = mean_velocity.v_y * time_step
     turn = mean_velocity.turning * time_step
     if limits.steers > 0.0:
         turn = mean_velocity.turning * way
@@ -219,9 +219,9 @@ def advance_pose(pose, velocity, target, time_step, limits):
 @leaf
 def body_rates(velocity, limits):
     """Speed, with the sign of that along x, m/s, and turning rate, rad/s."""
-    speed = velocity.ahead
-    if velocity.aside != 0.0:
-        speed = math.copysign(math.hypot(velocity.ahead, velocity.aside), velocity.ahead)
+    speed = velocity.v_x
+    if velocity.v_y != 0.0:
+        speed = math.copysign(math.hypot(velocity.v_x, velocity.v_y), velocity.v_x)
     return speed, velocity.turning * speed if limits.steers > 0.0 else velocity.turning
 
 
@@ -246,7 +246,7 @@ def sample(pose, twist, target, numbers, samples):
     for k, (each, leg_duration) in enumerate(
         ((current_velocity, delay), (target_velocity, hold), (Velocity(0.0, 0.0, 0.0), np.inf))
     ):
-        put(legs, k, (each.ahead, each.aside, each.turning, leg_duration))
+        put(legs, k, (each.v_x, each.v_y, each.turning, leg_duration))
     sample_count = simulate_legs(
         Pose(pose[0], pose[1], pose[2]), current_velocity, legs, (limits, lever, spacing), samples, leg_starts
     )
@@ -276,7 +276,7 @@ def simulate_legs(pose, velocity, legs, drive, samples, leg_starts):
         leg_starts[j], time_left = sample_count - 1, legs[j, 3]
         target_velocity = Velocity(legs[j, 0], legs[j, 1], legs[j, 2])
         if time_left == np.inf and limits.steers > 0.0:
-            target_velocity = Velocity(target_velocity.ahead, target_velocity.aside, velocity.turning)
+            target_velocity = Velocity(target_velocity.v_x, target_velocity.v_y, velocity.turning)
         wanted_speed, wanted_rate = body_rates(target_velocity, limits)
         while time_left >= 1e-9 and (time_left < np.inf or abs(speed) >= AT_REST or abs(rate) >= AT_REST):
             fastest, turning = max(abs(speed), abs(wanted_speed)), max(abs(rate), abs(wanted_rate))

@@ -48,15 +48,15 @@ class CommandedVelocity(NamedTuple):
     """What was commanded from a time on, s: speeds along x and y, m/s, and turning, rad/s."""
 
     time: float
-    ahead: float
-    aside: float
+    v_x: float
+    v_y: float
     turning: float
 
     @staticmethod
     def of(time: float, twist: np.ndarray, limits: Limits) -> "CommandedVelocity":
         """By the twist of a base, whose last component is a curvature where it steers."""
-        ahead, aside, turning = convert_to_velocity(twist)
-        return CommandedVelocity(time, ahead, aside, turning * ahead if limits.steers > 0.0 else turning)
+        v_x, v_y, turning = convert_to_velocity(twist)
+        return CommandedVelocity(time, v_x, v_y, turning * v_x if limits.steers > 0.0 else turning)
 
 
 @snapshot

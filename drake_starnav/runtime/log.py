@@ -127,7 +127,7 @@ class RunLog:
         arrivals = [self._write_scan(log_time, item) for item in reading.scans]
         rows = [self._write_odometry(log_time, row) for row in reading.odometry]
         velocity = CommandedVelocity.of(current_time, command.twist, self._navigator.actuation.limits)
-        linear = {"x": velocity.ahead, "y": velocity.aside}
+        linear = {"x": velocity.v_x, "y": velocity.v_y}
         self._add(TWIST, log_time, {"linear": linear, "angular": {"z": velocity.turning}})
         tick = {
             "now": _check_finite(current_time),

@@ -70,7 +70,7 @@ def warm_up(navigator: "Navigator") -> None:
 def _make_odometry(time: float, pose: np.ndarray, twist: np.ndarray, actuation: Actuation) -> Odometry:
     """The odometry of a robot that moves at a twist."""
     (x, y, yaw), velocity = pose.tolist(), CommandedVelocity.of(time, twist, actuation.limits)
-    return Odometry(time, x, y, yaw, velocity.ahead, velocity.turning, velocity.aside)
+    return Odometry(time, x, y, yaw, velocity.v_x, velocity.turning, velocity.v_y)
 
 
 def _drive_as_told(pose: np.ndarray, twist: np.ndarray, next_twist: np.ndarray, actuation: Actuation) -> np.ndarray:

@@ -52,9 +52,9 @@ def _can_drive(pose, twist, target, numbers, star, places, driven_twist):
     next_velocity, _ = ramp_velocity(
         convert_to_velocity(twist), convert_to_velocity(target), numbers[1], Limits(*numbers[4:])
     )
-    driven_twist[0], driven_twist[-1] = next_velocity.ahead, next_velocity.turning
+    driven_twist[0], driven_twist[-1] = next_velocity.v_x, next_velocity.turning
     if len(driven_twist) == 3:
-        driven_twist[1] = next_velocity.aside
+        driven_twist[1] = next_velocity.v_y
     return True
 
 
@@ -110,4 +110,4 @@ def ramp_twist(
     next_velocity, _ = ramp_velocity(
         convert_to_velocity(twist), convert_to_velocity(target), actuation.hold, actuation.limits
     )
-    return np.array(next_velocity if len(twist) > 2 else (next_velocity.ahead, next_velocity.turning))
+    return np.array(next_velocity if len(twist) > 2 else (next_velocity.v_x, next_velocity.turning))

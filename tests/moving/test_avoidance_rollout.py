@@ -91,7 +91,7 @@ def test_each_manoeuvre_wants_its_velocity(limits: Limits) -> None:
     if limits.holonomic:
         assert left[:2] == pytest.approx((0.0, 0.8))
     else:
-        assert left.turning == limits.max_yaw_rate and (left.ahead > 0.1) == (limits.steers > 0.0)
+        assert left.turning == limits.max_yaw_rate and (left.v_x > 0.1) == (limits.steers > 0.0)
 
 
 @pytest.mark.parametrize("limits", BASES.values(), ids=BASES)

@@ -84,7 +84,7 @@ def test_noise_does_not_draw_the_nearest_hit_nearer_than_it_is():
 @pytest.mark.parametrize("clearance", [-0.05, 0.002, 0.05, 1.0])
 def test_the_robot_can_stop_within_its_clearance_and_creeps_without_one(clearance):
     limits = RobotParameters().limits
-    v = turn_towards(unit(0.0), 0.0, clearance, limits).ahead
+    v = turn_towards(unit(0.0), 0.0, clearance, limits).v_x
     assert choices.CREEP <= v <= choices.SPEED
     assert v == choices.CREEP or v**2 <= 2.0 * limits.max_acceleration * clearance
     assert v > 0.8 * min(choices.SPEED, math.sqrt(2.0 * limits.max_acceleration * max(clearance - 0.01, 0.0)))

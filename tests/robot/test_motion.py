@@ -121,7 +121,7 @@ def test_a_step_keeps_the_accelerations_and_drives_at_the_mean_speed() -> None:
     assert (*pose, pose.x - 1.0) == pytest.approx((1.045, 2.0, 0.0, 0.045))
     # the speed is reached in the middle of the step
     pose, after = advance_pose(Pose(0.0, 0.0, 0.0), now, Velocity(0.45, 0.0, 0.0), 0.1, ROBOT.limits)
-    assert (after.ahead, pose.x) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))
+    assert (after.v_x, pose.x) == pytest.approx((0.45, 0.05 * 0.425 + 0.05 * 0.45))
 
 
 def test_the_speed_of_a_velocity_is_its_size_with_the_sign_of_that_ahead() -> None:

@@ -28,7 +28,7 @@ def run(speed=1.0, turning=1.0, delay=0.0, lag=0.0, seconds=4.0, v=0.8, omega=0.
         t = 0.02 * k
         told.append(CommandedVelocity(t, min(v, t), 0.0, omega * math.sin(2.0 * t)))
         late = told[max(k - round(delay / 0.02), 0)]
-        wanted = np.array((speed * late.ahead, turning * late.turning)) if t >= delay else np.zeros(2)
+        wanted = np.array((speed * late.v_x, turning * late.turning)) if t >= delay else np.zeros(2)
         now = wanted if lag == 0.0 else now + (wanted - now) * 0.02 / lag
         rows.append(Odometry(t, *pose, *now))
         pose = pose + 0.02 * np.array((now[0] * math.cos(pose[2]), now[0] * math.sin(pose[2]), now[1]))

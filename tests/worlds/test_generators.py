@@ -27,7 +27,7 @@ from drake_starnav.worlds import (
     make_world,
     split_into_convex_parts,
 )
-from drake_starnav.worlds.generators.corridor import _WIDTH
+from drake_starnav.worlds.generators.channel import _WIDTH
 from drake_starnav.worlds.generators.maze import _draw_spanning_tree_walls
 
 KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), Corridor(), Crowd(), StopAndGo()]
