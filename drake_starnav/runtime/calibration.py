@@ -203,10 +203,8 @@ def calibrate(log: Log, scenario: Scenario) -> str:
         scenario: that drove.
     """
     logged_run = select_drive(log, scenario)
-    drive_section, lidar_sections = (
-        estimate_drive(logged_run),
-        [_make_lidar_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars],
-    )
+    drive_section = estimate_drive(logged_run)
+    lidar_sections = [_make_lidar_section(logged_run._replace(scans=scans)) for scans in logged_run.lidars]
     seconds = logged_run.rows[-1].time - logged_run.rows[0].time
     way = float(np.hypot(*np.diff(np.array(logged_run.rows)[:, 1:3].T, axis=1)).sum())
     lines = [

@@ -112,10 +112,8 @@ def judge_execution(execution: Execution, time: float, rows: Sequence[Odometry],
     if execution.needs_new_goal or not rows:
         return execution
     if not execution.why:
-        failure, conflict = (
-            describe_not_executed(execution.velocities, rows, scenario),
-            describe_disagreement(execution.check, scenario),
-        )
+        failure = describe_not_executed(execution.velocities, rows, scenario)
+        conflict = describe_disagreement(execution.check, scenario)
         must_wait = bool(failure or conflict) and time < execution.trial_time + RETRY_TIME
         needs_new_goal = must_wait or bool(failure) and is_pose_denied(execution.scans)
         return replace(execution, why=conflict or failure, is_lost=bool(conflict), needs_new_goal=needs_new_goal)
@@ -123,11 +121,9 @@ def judge_execution(execution: Execution, time: float, rows: Sequence[Odometry],
     if any(abs(each) > STANDING_SPEED for each in (last_row.v, last_row.aside, last_row.omega, *last_command)):
         return replace(execution, standing_since=math.inf)
     standing_since = min(execution.standing_since, time)
-    return (
-        Execution((), execution.scans, trial_time=time)
-        if time > standing_since + REST_TIME
-        else replace(execution, standing_since=standing_since)
-    )
+    if time > standing_since + REST_TIME:
+        return Execution((), execution.scans, trial_time=time)
+    return replace(execution, standing_since=standing_since)
 
 
 def acknowledge_withdrawal(execution: Execution) -> Execution:

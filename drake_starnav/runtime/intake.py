@@ -314,9 +314,8 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
         if pose is None and may_come and time - scan.time < OLDEST:
             break
         waiting = tuple(each for each in intake.waiting if each is not first_waiting)
-        intake = dataclasses.replace(
-            intake, waiting=waiting, newest_stamps=replace_item(intake.newest_stamps, k, scan.time)
-        )
+        newest_stamps = replace_item(intake.newest_stamps, k, scan.time)
+        intake = dataclasses.replace(intake, waiting=waiting, newest_stamps=newest_stamps)
         if pose is None:
             intake = intake.count_drop("scan without a pose")
             continue
@@ -328,9 +327,8 @@ def find_next_scan(intake: Intake, time: float) -> tuple[Intake, PosedScan | Non
         if all(each != range_hash for each, _ in intake.seen_ranges[k]):
             seen_ranges = (*intake.seen_ranges[k], (range_hash, pose))[-OLD_SCANS:]
             intake = dataclasses.replace(intake, seen_ranges=replace_item(intake.seen_ranges, k, seen_ranges))
-        return dataclasses.replace(
-            intake, believed_scans=replace_item(intake.believed_scans, k, posed_scan)
-        ), posed_scan
+        believed_scans = replace_item(intake.believed_scans, k, posed_scan)
+        return dataclasses.replace(intake, believed_scans=believed_scans), posed_scan
     return intake, None
 
 

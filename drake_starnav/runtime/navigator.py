@@ -116,9 +116,8 @@ class Navigator:
             builder.ExportInput(self._station.GetInputPort(name), name)
         for name in ("goal", "heading"):
             builder.ExportInput(self._goal_system.GetInputPort(name), name)
-        self._twist_port = find_output_port(
-            self.navigation.shield, "twist_command", self.navigation.twist_size, "shield"
-        )
+        shield, twist_size = self.navigation.shield, self.navigation.twist_size
+        self._twist_port = find_output_port(shield, "twist_command", twist_size, "shield")
         builder.ExportOutput(self._twist_port, "twist_command")
         for name in ("guidance", "planner_state", "status", "blocked_by"):
             if (port := self.navigation.planned(name)) is not None:
@@ -320,11 +319,9 @@ class Navigator:
             self._carried = time
             self._execution = dataclasses.replace(self._execution, scans=self._execution.scans[-1:])
             self._begin()
-        previous_execution, self._execution = (
-            self._execution,
-            judge_execution(self._execution, time, rows, self.scenario),
-        )
-        if previous_execution.is_lost and not self._execution.is_lost:  # and the robot stands
+        was_lost = self._execution.is_lost
+        self._execution = judge_execution(self._execution, time, rows, self.scenario)
+        if was_lost and not self._execution.is_lost:  # and the robot stands
             self._begin()
         if why := self._execution.fault_text or wrong or self._dropped_goal:
             return why
@@ -391,10 +388,8 @@ class Navigator:
         twist = self.value(self._twist_port).copy()
         certificate = self.navigation.certificate
         is_certified = certificate is not None and self.value(certificate).certified
-        status, blocking_reason = (
-            self._read_planned("status", PlannerStatus.EXPLORING),
-            self._read_planned("blocked_by", ""),
-        )
+        status = self._read_planned("status", PlannerStatus.EXPLORING)
+        blocking_reason = self._read_planned("blocked_by", "")
         self._simulator.AdvanceTo(max((self._tick + 1) * self.actuation.hold, context.get_time()))
         if status is PlannerStatus.UNREACHABLE:
             return Command(twist, is_certified, "unreachable", "no way to the goal is left")
@@ -412,12 +407,9 @@ class Navigator:
         braking_twist = make_braking_twist(twist, np.zeros(len(twist)), self.actuation.limits, False)
         next_twist = ramp_twist(twist, braking_twist, self.actuation)
         is_standing = not next_twist[:-1].any() and (self.actuation.limits.steers > 0.0 or not next_twist[-1])
-        return Command(
-            np.zeros(len(next_twist)) if is_standing else next_twist,
-            False,
-            "standing" if is_standing else "braking",
-            why,
-        )
+        if is_standing:
+            return Command(np.zeros(len(next_twist)), False, "standing", why)
+        return Command(next_twist, False, "braking", why)
 
     def _drive(self, command: Command) -> None:
         """Keep what is driven: it is what the next command is ramped from, and what the base is held to."""

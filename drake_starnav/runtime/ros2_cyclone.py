@@ -131,21 +131,15 @@ class Cyclone:
         return Topic(self._participant, f"rt{topic}", getattr(self.types, kind.partition("/")[2]))
 
     def subscribe(self, topic: str, kind: str, depth: int, latched: bool = False) -> Callable[[], list[Any]]:
-        reliability = (
-            Policy.Reliability.Reliable(duration(milliseconds=100)) if latched else Policy.Reliability.BestEffort
-        )
-        durability = Policy.Durability.TransientLocal if latched else Policy.Durability.Volatile
-        reader = DataReader(
-            self._participant, self._topic(topic, kind), Qos(reliability, durability, Policy.History.KeepLast(depth))
-        )
+        reliability, durability = Policy.Reliability.BestEffort, Policy.Durability.Volatile
+        if latched:
+            reliability = Policy.Reliability.Reliable(duration(milliseconds=100))
+            durability = Policy.Durability.TransientLocal
+        qos = Qos(reliability, durability, Policy.History.KeepLast(depth))
+        reader = DataReader(self._participant, self._topic(topic, kind), qos)
         message_type = getattr(self.types, kind.partition("/")[2])
-
-        def taken() -> list[Any]:
-            return [
-                each for each in reader.take(depth) if isinstance(each, message_type)
-            ]  # others say that a writer left
-
-        return taken
+        # other messages say that a writer left
+        return lambda: [each for each in reader.take(depth) if isinstance(each, message_type)]
 
     def publish(self, topic: str, kind: str, latched: bool = False) -> Callable[[Any], None]:
         qos = Qos(

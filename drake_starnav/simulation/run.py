@@ -185,9 +185,8 @@ def read_run(context: Context, navigation: Navigation, log: VectorLogSink, stopw
     station = simulated(navigation.station)
     times, states = _read_states(context, station, log)
     driven = read_planar_states(states.T, station.plant.num_positions(station.robot_model))
-    standing_clearances, clearances = _measure_clearances(
-        navigation.world, times, driven[:, :3], station.scenario.robot.shape
-    )
+    shape = station.scenario.robot.shape
+    standing_clearances, clearances = _measure_clearances(navigation.world, times, driven[:, :3], shape)
     return Run(
         elapsed=context.get_time(),
         times=times,

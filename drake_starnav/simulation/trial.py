@@ -274,11 +274,10 @@ def find_omniscient_path(world: World, robot: Footprint | float, goals: Goals = 
     x0, y0, x1, y1 = world.extent
     resolution = min(max(math.sqrt((x1 - x0) * (y1 - y0) / 5e6), 0.02), 0.05)
     places = [world.start, *(goals or (world.goal,))]
-    found_paths = [
-        find_leg(world, as_footprint(robot), begin, end, 0.005, resolution) for begin, end in itertools.pairwise(places)
-    ]
+    legs = list(itertools.pairwise(places))
+    found_paths = (find_leg(world, as_footprint(robot), *leg, 0.005, resolution) for leg in legs)
     free_legs = [way for way in found_paths if way is not None]
-    if len(free_legs) < len(found_paths):
+    if len(free_legs) < len(legs):
         return None
     return sum(length for length, _ in free_legs), np.vstack([path for _, path in free_legs])
 

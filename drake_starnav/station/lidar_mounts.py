@@ -156,14 +156,11 @@ def _make_mount(config: LidarConfig, plant: MultibodyPlant) -> LidarMount:
             f"lidar {config.name}: X_PS cannot be used: {said_by(error)}; allowed: a frame of the plant as base_frame, "
             "and a pose that is not random"
         ) from None
-    parent_body = parent_frame.body()
-    own_frames = (
-        []
-        if config.sees_parent_model or parent_body.index() == plant.world_body().index()
-        else [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(parent_body.model_instance())]
-    )
-    X_BS = parent_frame.GetFixedPoseInBodyFrame() @ X_FS
-    return LidarMount(plant.GetBodyFrameIdOrThrow(parent_body.index()), X_BS, exclude_frames=own_frames)
+    parent_body, own_bodies = parent_frame.body(), []
+    if not config.sees_parent_model and parent_body.index() != plant.world_body().index():
+        own_bodies = plant.GetBodyIndices(parent_body.model_instance())
+    X_BS, frame_of = parent_frame.GetFixedPoseInBodyFrame() @ X_FS, plant.GetBodyFrameIdOrThrow
+    return LidarMount(frame_of(parent_body.index()), X_BS, exclude_frames=list(map(frame_of, own_bodies)))
 
 
 def add_collars(
@@ -189,7 +186,5 @@ def add_collars(
 def find_collar_geometries(scene_graph: SceneGraph) -> list[GeometryId]:
     """The collars of all robots in a scene."""
     inspector = scene_graph.model_inspector()
-    named_geometries = (
-        (g, inspector.GetName(g).rpartition("::")[2]) for g in inspector.GetAllGeometryIds(Role.kProximity)
-    )
-    return [geometry for geometry, name in named_geometries if name.rpartition("_")[0] == COLLAR_NAME]
+    geometries = inspector.GetAllGeometryIds(Role.kProximity)
+    return [g for g in geometries if inspector.GetName(g).rpartition("::")[2].rpartition("_")[0] == COLLAR_NAME]

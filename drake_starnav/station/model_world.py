@@ -99,14 +99,11 @@ def add_model_footprints(world: World) -> World:
         shape = inspector.GetShape(geometry)
         if _is_floor(inspector, geometry, X_WG):
             continue
-        if isinstance(shape, Sphere) or (
-            isinstance(shape, Cylinder) and abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
-        ):
-            disc_footprint = _find_disc_footprint(shape, X_WG, world.height)
-            if disc_footprint is not None:
-                disc_footprints.append(disc_footprint)
-            continue
-        polygons += find_shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
+        is_upright = abs(X_WG.rotation().matrix()[2, 2]) > 1.0 - 1e-12
+        if isinstance(shape, Sphere) or (isinstance(shape, Cylinder) and is_upright):
+            disc_footprints += filter(None, [_find_disc_footprint(shape, X_WG, world.height)])
+        else:
+            polygons += find_shadows(inspector, geometry, X_WG, FLOOR_TOLERANCE, world.height)
     return dataclasses.replace(
         world,
         cylinders=np.array(disc_footprints),
@@ -203,11 +200,8 @@ def _make_surfaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
     for body in plant.GetBodiesWeldedTo(plant.world_body()):
         for geometry in plant.GetCollisionGeometriesForBody(body):
             shape = inspector.GetShape(geometry)
-            if (
-                isinstance(shape, Mesh)
-                and inspector.GetProximityProperties(geometry) is not None
-                and is_hollow(shape, inspector.GetName(geometry))
-            ):
+            collides = inspector.GetProximityProperties(geometry) is not None
+            if isinstance(shape, Mesh) and collides and is_hollow(shape, inspector.GetName(geometry)):
                 scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
                 surface = PerceptionProperties()
                 surface.AddProperty("label", "id", RenderLabel.kDontCare)

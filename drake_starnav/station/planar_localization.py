@@ -124,12 +124,10 @@ class PlanarLocalization(LeafSystem):
         declare_vector(self, "pose", 3, PlanarLocalization._compute_believed_pose, pose_tickets)
         declare_vector(self, "state", 5, PlanarLocalization._compute_believed_state, pose_tickets)
         self._scan_pose = self.DeclareDiscreteState(3)
-        self._streams = [
-            _Stream(
-                lidar, derive_lidar_seed(seed, k), [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
-            )
-            for k, lidar in enumerate(lidars)
-        ]
+        self._streams = []
+        for k, lidar in enumerate(lidars):
+            waiting_poses = [self.DeclareDiscreteState(3) for _ in range(lidar.waiting_scans)]
+            self._streams.append(_Stream(lidar, derive_lidar_seed(seed, k), waiting_poses))
         self.DeclareStateOutputPort("scan_pose", self._scan_pose)
         self._updated = self.DeclareDiscreteState([math.nan])
         self.DeclareInitializationUnrestrictedUpdateEvent(self._begin)

@@ -67,11 +67,10 @@ def make_simulator(
     simulator = Simulator(diagram, context)
     settings = getattr(diagram, "simulator_config", {}) if settings is None else settings
     if diagram.HasSubsystemNamed("plant") and diagram.GetSubsystemByName("plant").num_continuous_states() > 0:
+        longest_steps = (robot.longest_step for robot in _find_systems(diagram, RobotInterface))
         ours = SimulatorConfig(
             integration_scheme="cenic",
-            max_step_size=min(
-                (robot.longest_step for robot in _find_systems(diagram, RobotInterface)), default=LONGEST_STEP
-            ),
+            max_step_size=min(longest_steps, default=LONGEST_STEP),
             use_error_control=False,
             start_time=simulator.get_context().get_time(),
         )

@@ -91,9 +91,8 @@ class RobotModel(NamedTuple):
             for joint in joints_below.get(parent, ()):
                 child = joint.child_body().index()
                 if child not in poses:
-                    X_PF, X_CM = (
-                        f.GetFixedPoseInBodyFrame() for f in (joint.frame_on_parent(), joint.frame_on_child())
-                    )
+                    X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+                    X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
                     poses[child] = poses[parent] @ X_PF @ X_CM.inverse()
                     links.append(child)
         return poses
@@ -112,9 +111,8 @@ class RobotModel(NamedTuple):
             for geometry in self.shapes(link):
                 points, rounding_radius = sample_outline(self.inspector, geometry)
                 placed_points = (X_FL @ self.inspector.GetPoseInFrame(geometry)) @ points
-                yield Extent(
-                    link, geometry, placed_points, rounding_radius, read_floor_contact(self.inspector, geometry)
-                )
+                floor = read_floor_contact(self.inspector, geometry)
+                yield Extent(link, geometry, placed_points, rounding_radius, floor)
 
     def find_lowest_point(self, poses: Mapping[BodyIndex, RigidTransform]) -> float:
         """How high the lowest point of links at poses is, m; infinite without shapes."""

@@ -116,22 +116,13 @@ class RobotInterface(Diagram):
             mount = LidarMount(self.base_frame, lidar_poses[k], own_frames)
             sensor = LidarSensor(lidar, mount, seed=derive_lidar_seed(seed, k))
             sensors[name] = builder.AddNamedSystem(name, sensor)
-        localization = builder.AddNamedSystem(
-            "localization",
-            PlanarLocalization(
-                num_positions=plant.num_positions(model),
-                num_velocities=plant.num_velocities(model),
-                lidars=self.lidars,
-                error=scenario.localization,
-                seed=seed,
-            ),
-        )
-        command_of = (
-            PlanarVelocityCommand(robot=self.robot)
-            if self._drive is None
-            else WheelSpeedCommand(robot=self.robot, drive=self._drive)
-        )
-        wheels = builder.AddNamedSystem("wheels", command_of)
+        sizes = {"num_positions": plant.num_positions(model), "num_velocities": plant.num_velocities(model)}
+        localization = PlanarLocalization(**sizes, lidars=self.lidars, error=scenario.localization, seed=seed)
+        localization = builder.AddNamedSystem("localization", localization)
+        wheels: LeafSystem = PlanarVelocityCommand(robot=self.robot)
+        if self._drive is not None:
+            wheels = WheelSpeedCommand(robot=self.robot, drive=self._drive)
+        wheels = builder.AddNamedSystem("wheels", wheels)
         query_ports = [sensor.GetInputPort("geometry_query") for sensor in sensors.values()]
         exported_port = builder.ExportInput(query_ports[0], "geometry_query")
         for port in query_ports[1:]:

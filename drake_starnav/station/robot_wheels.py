@@ -85,9 +85,8 @@ def find_wheels(robot: RobotModel, joints: tuple[str, str]) -> Wheels:
                 "it has no two joints about y or -y, opposite each other, that carry collision shapes down to one "
                 f"floor; allowed: such wheels, or {choice}"
             )
-    (x, y, _), (x_right, y_right, _) = (
-        np.mean([turning[name].place for name in side], 0) for side in (left_names, right_names)
-    )
+    x, y, _ = np.mean([turning[name].place for name in left_names], axis=0)
+    x_right, y_right, _ = np.mean([turning[name].place for name in right_names], axis=0)
     if abs(x - x_right) > OPPOSITE or y <= y_right:
         raise ValueError(
             f"joints {', '.join((*left_names, *right_names))} lie at x {x:g}, {x_right:g}, y {y:g}, {y_right:g} m of "
@@ -162,9 +161,8 @@ def _find_turning_joints(robot: RobotModel) -> list[_Turning]:
         while body in parent_joints:
             is_swivel = is_swivel or abs(joint_axes.get(parent_joints[body].name(), np.zeros(3))[2]) > AXIS_SHARE
             body = parent_joints[body].parent_body().index()
-        arm = any(
-            abs(joint_axes.get(parent_joints[part.index()].name(), np.zeros(3))[1]) > AXIS_SHARE for part in below[1:]
-        )
+        axes_below = (joint_axes.get(parent_joints[part.index()].name(), np.zeros(3)) for part in below[1:])
+        arm = any(abs(each[1]) > AXIS_SHARE for each in axes_below)
         if is_swivel or arm or abs(axis[1]) < AXIS_SHARE:
             continue
         low = robot.find_lowest_point({part.index(): poses[part.index()] for part in below})

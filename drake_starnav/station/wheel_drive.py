@@ -39,13 +39,8 @@ class WheelSpeedCommand(LeafSystem):
         self._base, self._limits, self._drive = robot.drive, robot.limits, drive
         self._twist = self.DeclareVectorInputPort("twist_command", 2)
         self._angles = [0.0] * len(drive.radii)
-        declare_vector(
-            self,
-            "desired_state",
-            2 * len(drive.radii),
-            WheelSpeedCommand._compute_desired_state,
-            {self._twist.ticket()},
-        )
+        size, compute = 2 * len(drive.radii), WheelSpeedCommand._compute_desired_state
+        declare_vector(self, "desired_state", size, compute, {self._twist.ticket()})
 
     def _compute_desired_state(self, context: Context) -> list:
         twist = self._base.saturate(self._twist.Eval(context), self._limits).tolist()

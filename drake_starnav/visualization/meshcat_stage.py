@@ -93,9 +93,8 @@ def show_collision_shapes(
     """
     inspector = scene_graph.model_inspector()
     seen_shapes, unseen = find_seen_geometries(inspector), set(floor)
-    unseen |= {
-        geometry for geometry in seen_shapes if read_floor_contact(inspector, geometry)
-    }  # others of the same wheel are drawn
+    # others of the same wheel are drawn
+    unseen |= {geometry for geometry in seen_shapes if read_floor_contact(inspector, geometry)}
     for frame in inspector.GetAllFrameIds():
         visuals = inspector.GetGeometries(frame, Role.kIllustration)
         visual_boxes = [_find_bounding_box(inspector, geometry) for geometry in visuals]

@@ -181,12 +181,8 @@ def make_ribbon(points: np.ndarray, width: float, z: float, closed: bool = False
 def make_segments(end_points: np.ndarray, width: float, z: float) -> Mesh:
     """Separate straight ribbons, of four vertices each; `end_points` has shape (n, 2, 2), W, m."""
     start, end = end_points[:, 0], end_points[:, 1]
-    segment_vector = end - start
-    left_side = (
-        np.column_stack((-segment_vector[:, 1], segment_vector[:, 0]))
-        / np.maximum(np.hypot(*segment_vector.T), SAME_POINT)[:, None]
-    )
-    left_side *= 0.5 * width
+    x, y = (end - start).T
+    left_side = np.column_stack((-y, x)) / np.maximum(np.hypot(x, y), SAME_POINT)[:, None] * (0.5 * width)
     corners = np.stack((start + left_side, end + left_side, start - left_side, end - left_side), axis=1)
     faces = np.array([(0, 2, 1), (1, 2, 3)]) + 4 * np.arange(len(end_points))[:, None, None]
     return Mesh(_raise_points(corners.reshape(-1, 2), z), faces.reshape(-1, 3).astype(np.int32))

@@ -108,15 +108,12 @@ class StarRoadmapVisualizer(LeafSystem):
         self._bodies = BodyMarks(self.stage, MovingObstacles() if world is None else world.moving_obstacles, scale)
         state = PlannerState.initial(PlannerParameters(), robot.radius)
         origin, self._line = np.zeros(2), scale * LINE_WIDTH
-        self._node, self._frontier = scale * NODE_RADIUS, scale * FRONTIER_RADIUS
+        node, self._frontier = scale * NODE_RADIUS, scale * FRONTIER_RADIUS
+        self._node = node
         self._marks = {
             "goal": meshes.make_goal_star(origin, robot.radius, extent),
-            "short_term_goal": meshes.make_ring(
-                origin, 2.2 * self._node, 3.6 * self._node, LAYERS["short_term_goal"].height
-            ),
-            "frontiers/target": meshes.make_ring(
-                origin, 4.3 * self._node, 5.6 * self._node, LAYERS["frontiers/target"].height
-            ),
+            "short_term_goal": meshes.make_ring(origin, 2.2 * node, 3.6 * node, LAYERS["short_term_goal"].height),
+            "frontiers/target": meshes.make_ring(origin, 4.3 * node, 5.6 * node, LAYERS["frontiers/target"].height),
         }
         self._zones = [zone for zone in zones if isinstance(zone, meshes.ZONES)]
         self._nothing = state.roadmap
@@ -147,18 +144,9 @@ class StarRoadmapVisualizer(LeafSystem):
         `scenario` says how to draw, and what robot; None for that of the station. `keep` is as in the construction.
         """
         station, scenario = navigation.station, scenario or navigation.station.scenario
-        visualizer = builder.AddNamedSystem(
-            "star_roadmap_visualizer",
-            StarRoadmapVisualizer(
-                meshcat,
-                scenario.recording,
-                scenario.robot,
-                keep,
-                station.mounts,
-                navigation.world,
-                getattr(navigation.shield, "own_certificates", ()),
-            ),
-        )
+        zones = getattr(navigation.shield, "own_certificates", ())
+        settings = scenario.recording, scenario.robot, keep, station.mounts, navigation.world, zones
+        visualizer = builder.AddNamedSystem("star_roadmap_visualizer", StarRoadmapVisualizer(meshcat, *settings))
         names = (lidar_names(name, len(station.mounts)) for name in ("scan", "lidar"))
         sources = {
             **{scan: station.GetOutputPort(f"{lidar}.scan") for scan, lidar in zip(*names, strict=True)},
@@ -246,9 +234,8 @@ class StarRoadmapVisualizer(LeafSystem):
             return
         region_areas = [shapely.Polygon(region.outline(120)).buffer(0.0) for region in regions]
         added_area = shapely.union_all(region_areas).difference(self._drawn.area, grid_size=1e-4)
-        parts = [
-            part for part in shapely.get_parts(added_area) if part.geom_type == "Polygon" and part.area > LEAST_AREA
-        ]
+        added_parts = shapely.get_parts(added_area)
+        parts = [part for part in added_parts if part.geom_type == "Polygon" and part.area > LEAST_AREA]
         self._drawn.area = shapely.union_all([self._drawn.area, *region_areas], grid_size=1e-4)
         layer = LAYERS["regions/all"]
         self._grow(self.stage.add("regions/all", meshes.make_area(shapely.MultiPolygon(parts), layer.height), time))
@@ -264,11 +251,8 @@ class StarRoadmapVisualizer(LeafSystem):
         """Draw those nodes, W, m, shape (n, 2), that are apart from all that are drawn."""
         is_apart = _apart_from(self._drawn.nodes, nodes, SPACING * self._node)
         self._drawn.nodes = np.vstack((self._drawn.nodes, is_apart))
-        self._grow(
-            self.stage.add(
-                "roadmap/nodes", meshes.make_discs(is_apart, self._node, LAYERS["roadmap/nodes"].height), time
-            )
-        )
+        discs = meshes.make_discs(is_apart, self._node, LAYERS["roadmap/nodes"].height)
+        self._grow(self.stage.add("roadmap/nodes", discs, time))
 
     def _draw_frontiers(self, state: PlannerState, time: float) -> None:
         """Draw the frontiers with their points, and the dead ends, if they may have changed."""
@@ -280,9 +264,8 @@ class StarRoadmapVisualizer(LeafSystem):
         frontier_points = _apart_from(np.zeros((0, 2)), _find_middles(frontier_lines), SPACING * self._node)
         point_mesh = meshes.make_discs(frontier_points, self._frontier, LAYERS["frontiers/points"].height)
         self.stage.swap("frontiers/points", point_mesh, time)
-        cross_mesh = meshes.make_crosses(
-            state.roadmap.closures.failed_places, 2.7 * self._node, LAYERS["frontiers/stuck"].height
-        )
+        failed_places = state.roadmap.closures.failed_places
+        cross_mesh = meshes.make_crosses(failed_places, 2.7 * self._node, LAYERS["frontiers/stuck"].height)
         self.stage.swap("frontiers/stuck", cross_mesh, time)
 
     def _grow(self, path: str | None) -> None:
@@ -306,9 +289,8 @@ class StarRoadmapVisualizer(LeafSystem):
         if not seen_scans or pose is None or seen_scans[0][0] is self._drawn.scan:
             return
         self._drawn.scan = seen_scans[0][0]
-        points = np.vstack(
-            [align_with_robot(scan, mount).points(mount.find_lidar_pose(pose)) for scan, mount in seen_scans]
-        )
+        hits = [align_with_robot(scan, mount).points(mount.find_lidar_pose(pose)) for scan, mount in seen_scans]
+        points = np.vstack(hits)
         point_step = math.ceil(max(len(points), 1) / SCAN_POINTS)
         self.stage.swap_points("scan", points[::point_step], time)
 
@@ -408,8 +390,7 @@ class BodyMarks:
             if speed > 0.0:
                 self._stage.move("velocities", f"{k}", np.array((x, y, math.atan2(vy, vx))), time)
             if abs(speed - self._speeds[k]) > 0.1 * self._speeds[k]:
-                arrow = (
-                    meshes.make_arrow(speed, 0.7 * self._scale * meshes.LINE_WIDTH) if speed > 0.0 else meshes.NOTHING
-                )
+                width = 0.7 * self._scale * meshes.LINE_WIDTH
+                arrow = meshes.make_arrow(speed, width) if speed > 0.0 else meshes.NOTHING
                 self._stage.swap("velocities", arrow, time, key=f"{k}")
                 self._speeds[k] = speed

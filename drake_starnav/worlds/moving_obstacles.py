@@ -83,9 +83,8 @@ def moving_obstacle_states(moving_obstacles: MovingObstacles, times: np.ndarray)
         Each of shape (m, n, 2), m and m/s. At a way point the velocity is that of the leg that begins there; the step
         from the last way point to the first takes no time and has none.
     """
-    return _find_states_on_paths(
-        np.ascontiguousarray(times, dtype=float), moving_obstacles.way_points, moving_obstacles.first
-    )
+    times = np.ascontiguousarray(times, dtype=float)
+    return _find_states_on_paths(times, moving_obstacles.way_points, moving_obstacles.first)
 
 
 def compute_moving_obstacle_clearance(

@@ -57,9 +57,7 @@ def find_solid_rectangles(solid: np.ndarray, places: np.ndarray | None = None) -
     at_passable = ndimage.binary_dilation(~solid, ndimage.generate_binary_structure(2, 1))
     shell = ndimage.binary_dilation(~solid, np.ones((3, 3)), iterations=SHELL)
     background_labels, _ = ndimage.label(solid & ~shell)
-    rim = np.concatenate(
-        (background_labels[0], background_labels[-1], background_labels[:, 0], background_labels[:, -1])
-    )
+    rim = np.concatenate((background_labels[[0, -1]].ravel(), background_labels[:, [0, -1]].ravel()))
     is_outside = np.isin(background_labels, np.unique(rim[rim > 0]))
     return _cover(solid & at_passable, solid & ~is_outside)
 

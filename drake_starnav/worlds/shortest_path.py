@@ -120,9 +120,8 @@ def _search_turned_grid(world: World, capsules: np.ndarray, angle: float, step: 
         )
     axes = [transform_points(frame, capsules[:, k : k + 2]) for k in (0, 2)]
     places = transform_points(frame, np.array([world.start[:2], world.goal]))
-    return transform_points(
-        frame_back, _search_grid(places, box, np.column_stack((*axes, capsules[:, 4])), step, radius)
-    )
+    between = _search_grid(places, box, np.column_stack((*axes, capsules[:, 4])), step, radius)
+    return transform_points(frame_back, between)
 
 
 def _search_grid(places: np.ndarray, box: np.ndarray, capsules: np.ndarray, step: float, radius: float) -> np.ndarray:

@@ -87,11 +87,8 @@ def find_way_through(
 
 def is_solvable(world: World, robot: Footprint, spare: float) -> bool:
     """Whether a robot has a way from the start to the goal of a world with `spare` to all sides, m."""
-    end_points = (world.start, world.goal)
-    return (
-        all(is_free(world, end, robot, spare) for end in end_points)
-        and find_way_through(world, robot, spare) is not None
-    )
+    has_free_ends = all(is_free(world, end, robot, spare) for end in (world.start, world.goal))
+    return has_free_ends and find_way_through(world, robot, spare) is not None
 
 
 def check_ends(world: World, robot: Footprint | float, place: str, goals: Sequence[Sequence[float]] = ()) -> None:

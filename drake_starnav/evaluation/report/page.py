@@ -49,8 +49,6 @@ def write_page(
     template = load_template()
     images = _draw_images(_list_drawings(results, worlds), progress)
     outcome_table, *cost_tables = make_result_tables(results)
-    file_facts = [{**header["versions"], **header["machine"], "seed": header["seed"]} for header in results.headers]
-    facts = [fact for each in file_facts for fact in each.items()]
     content = {
         "published": make_suite_tables(results),
         "success": images.get(SUCCESS_IMAGE),
@@ -70,7 +68,7 @@ def write_page(
         path_image=images.get(PATH_IMAGE),
         worlds=worlds,
         commands=results.list_commands(),
-        facts=dict.fromkeys((name.replace("_", " "), str(value)) for name, value in facts),  # each line once
+        facts=_list_facts(results),
         texts=results.texts,
     )
 
@@ -112,3 +110,9 @@ def load_template() -> "Template":
 def find_numeric_columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
     """For each column, whether all its cells begin like a number; such columns are aligned to the right."""
     return [all(row[k][:1] in "0123456789-" for row in rows) for k in range(len(head))]
+
+
+def _list_facts(results: Results) -> list[tuple[str, str]]:
+    """Versions, machine and seed of each file, each line once."""
+    facts = [{**header["versions"], **header["machine"], "seed": header["seed"]} for header in results.headers]
+    return list(dict.fromkeys((name.replace("_", " "), str(value)) for file in facts for name, value in file.items()))

@@ -72,10 +72,7 @@ def read_map(path: Path) -> OccupancyMap:
     if not FINEST <= resolution <= COARSEST:
         raise StarnavError(f"map {path}: resolution is {resolution:g}; allowed: {FINEST:g} <= x <= {COARSEST:g} m")
     x, y, yaw = check_numbers(keys["origin"], f"map {path}: origin", ("x", "y", "yaw"))
-    free_threshold, occupied_threshold = (
-        _read_number(keys, "free_thresh", path),
-        _read_number(keys, "occupied_thresh", path),
-    )
+    free_threshold, occupied_threshold = (_read_number(keys, key, path) for key in ("free_thresh", "occupied_thresh"))
     if not 0.0 <= free_threshold <= occupied_threshold <= 1.0:
         raise StarnavError(
             f"map {path}: free_thresh is {free_threshold:g}, occupied_thresh is {occupied_threshold:g}; "

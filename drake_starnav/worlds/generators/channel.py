@@ -116,10 +116,8 @@ class Corridor(Drawn):
             reach = self.fin * _WIDTH
             x = _WIDTH + rng.uniform(0.5, 1.5)
             while reach > 0.0 and x < lane_length - _WIDTH - 0.5:
-                is_low = rng.random() < 0.5
-                polygons.append(
-                    make_rectangle(x, bottom if is_low else top - reach, x + WALL, bottom + reach if is_low else top)
-                )
+                y_low, y_high = (bottom, bottom + reach) if rng.random() < 0.5 else (top - reach, top)
+                polygons.append(make_rectangle(x, y_low, x + WALL, y_high))
                 x += rng.uniform(1.2, 2.5) * _WIDTH
         half_width = _WIDTH / 2.0
         goal_x = lane_length - half_width if lane_count % 2 else half_width

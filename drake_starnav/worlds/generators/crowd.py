@@ -84,12 +84,8 @@ class Crowd(Drawn):
 def _find_longest_stay(path: np.ndarray, distance: float, place: tuple[float, float]) -> float:
     """Longest time for which a moving obstacle is continuously nearer to a place than a distance (m), s."""
     times = np.arange(0.0, 2.0 * path[-1, 0], _SAMPLING)  # two periods, as it may stay where its path closes
-    is_near = (
-        compute_moving_obstacle_clearance(
-            MovingObstacles(np.array([distance]), (path,)), np.tile((*place, 0.0), (len(times), 1)), times
-        )
-        < 0.0
-    )
+    obstacle, poses = MovingObstacles(np.array([distance]), (path,)), np.tile((*place, 0.0), (len(times), 1))
+    is_near = compute_moving_obstacle_clearance(obstacle, poses, times) < 0.0
     changes = np.flatnonzero(np.diff(np.concatenate(([False], is_near, [False]))))
     return float(np.diff(changes)[::2].max(initial=0)) * _SAMPLING
 

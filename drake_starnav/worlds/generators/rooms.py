@@ -84,9 +84,8 @@ class Rooms:
                 pieces = [(along_wall, gap), (gap + self.door, along_wall + _SIZE)] if is_joined[axis][i, j] else []
                 for first, last in pieces or [(along_wall, along_wall + _SIZE)]:
                     low, high = (wall_place - WALL / 2.0, first), (wall_place + WALL / 2.0, last)
-                    polygons.append(
-                        make_rectangle(*low, *high) if axis == 0 else make_rectangle(*low[::-1], *high[::-1])
-                    )
+                    order = -1 if axis else 1
+                    polygons.append(make_rectangle(*low[::order], *high[::order]))
         goal, niche = self._goal(rng, robot.radius, square_side)
         return World(
             name="rooms",
@@ -124,17 +123,10 @@ class Rooms:
         y = side - _SIZE + rng.uniform(0.35, 0.65) * _SIZE
         if goal_kind == "wall":
             return (side - wall_distance, y), []
-        niche_depth = (
-            robot_radius + wall_distance
-        )  # the niche is as deep as the robot is wide, and leaves it room on both sides
-        half = robot_radius + max(self.goal_clearance, 0.05)
-        niche_sides = [
-            make_rectangle(
-                side - niche_depth, y + sign * half - 0.03 + 0.03 * sign, side, y + sign * half + 0.03 + 0.03 * sign
-            )
-            for sign in (-1.0, 1.0)
-        ]
-        return (side - wall_distance, y), niche_sides
+        # the niche is as deep as the robot is wide, and leaves it room on both sides
+        x, half = side - (robot_radius + wall_distance), robot_radius + max(self.goal_clearance, 0.05)
+        walls = [(y + sign * half - 0.03 + 0.03 * sign, y + sign * half + 0.03 + 0.03 * sign) for sign in (-1.0, 1.0)]
+        return (side - wall_distance, y), [make_rectangle(x, low, side, high) for low, high in walls]
 
 
 def _draw_joined_rooms(n: int, shut: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
