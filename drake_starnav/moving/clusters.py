@@ -76,66 +76,38 @@ def _split_at_peaks(distance, whole_runs):
 
 
 @kernel
-def estimate_disc(beams, run, points, sensor_position, max_radius):
-    """Centre (x, y) and radius of a disc as a cluster alone shows it, m, and whether both its sides are in view.
+def estimate_discs(beams, runs, points, sensor_position, max_radius):
+    """The discs that c clusters show by themselves: centre (c, 2), radius, least range, m, and whether each is whole.
 
-    A disc at least distance d that spans the angle 2 alpha has radius d sin(alpha) / (1 - sin(alpha)). A side is
-    out of view where something nearer hides it, or where it would be out of the lidar's range.
+    A disc at least distance d that spans the angle 2 alpha has radius d sin(alpha) / (1 - sin(alpha)). It is whole if
+    both its sides are in view: nothing nearer hides them, and they would not be out of the lidar's range.
 
     Args:
         beams: of a scan taken at `sensor_position`, (x, y), m.
-        run: the cluster, one of `find_clusters`.
+        runs: the clusters, as from `find_clusters`.
         points: where each beam ends, shape (n, 2), m.
         max_radius: greatest radius, m.
     """
-    distance, n, (first_beam, beam_count) = beams.distances, len(points), run
-    least_range = find_least_distance(distance, run)
-    sine = min(math.sin(min(0.5 * beam_count * beams.increment, 1.2)), 0.85)
-    radius = min(max(least_range * sine / (1.0 - sine), SMALLEST_RADIUS), max_radius)
-    middle_hit = points[(first_beam + (beam_count - 1) // 2) % n]
-    other_middle_hit = points[(first_beam + beam_count // 2) % n]
-    sight_x = middle_hit[0] + other_middle_hit[0] - 2.0 * sensor_position[0]
-    sight_y = middle_hit[1] + other_middle_hit[1] - 2.0 * sensor_position[1]
-    sight_length = max(math.hypot(sight_x, sight_y), 1e-9)
-    x = sensor_position[0] + (least_range + radius) * (sight_x / sight_length)
-    y = sensor_position[1] + (least_range + radius) * (sight_y / sight_length)
-    previous_beam = (first_beam - 1) % n
-    last_beam = (first_beam + beam_count - 1) % n
-    next_beam = (first_beam + beam_count) % n
-    is_bare = distance[previous_beam] > distance[first_beam] and distance[next_beam] > distance[last_beam]
-    return x, y, radius, is_bare and least_range + radius < beams.range_max
-
-
-@kernel
-def find_least_distance(distance, run):
-    """The least distance of the beams of a run, m."""
-    first_beam, beam_count = run
-    shortest = np.inf
-    for k in range(first_beam, first_beam + beam_count):
-        shortest = min(shortest, distance[k % len(distance)])
-    return shortest
-
-
-@kernel
-def match_tracks(discs, predicted_places, gates):
-    """The track that each disc continues, the nearest pairs first, shape (c,); -1 for none.
-
-    No track, predicted at a place of (n, 2), continues with a disc, x and y of (c, 2), beyond its gate; W, m.
-    """
-    tracks = len(predicted_places)
-    distances = np.full(len(discs) * tracks, np.inf)
-    matched_track = np.full(len(discs), -1)
-    is_taken = np.zeros(tracks, np.bool_)
-    for c in range(len(discs)):
-        for k in range(tracks):
-            distance = math.hypot(discs[c, 0] - predicted_places[k, 0], discs[c, 1] - predicted_places[k, 1])
-            if distance < gates[k]:
-                distances[c * tracks + k] = distance
-    for pair in np.argsort(distances, kind="mergesort"):
-        c, k = pair // tracks, pair % tracks
-        if distances[pair] < np.inf and matched_track[c] < 0 and not is_taken[k]:
-            matched_track[c], is_taken[k] = k, True
-    return matched_track
+    distance, n, c = beams.distances, len(points), len(runs)
+    center, radius, least_range, is_whole = np.empty((c, 2)), np.empty(c), np.full(c, np.inf), np.empty(c, np.bool_)
+    for k in range(c):
+        first_beam, beam_count = runs[k]
+        for beam in range(first_beam, first_beam + beam_count):
+            least_range[k] = min(least_range[k], distance[beam % n])
+        sine = min(math.sin(min(0.5 * beam_count * beams.increment, 1.2)), 0.85)
+        radius[k] = min(max(least_range[k] * sine / (1.0 - sine), SMALLEST_RADIUS), max_radius)
+        middle_hit = points[(first_beam + (beam_count - 1) // 2) % n]
+        other_middle_hit = points[(first_beam + beam_count // 2) % n]
+        sight_x = middle_hit[0] + other_middle_hit[0] - 2.0 * sensor_position[0]
+        sight_y = middle_hit[1] + other_middle_hit[1] - 2.0 * sensor_position[1]
+        sight_length = max(math.hypot(sight_x, sight_y), 1e-9)
+        center[k, 0] = sensor_position[0] + (least_range[k] + radius[k]) * (sight_x / sight_length)
+        center[k, 1] = sensor_position[1] + (least_range[k] + radius[k]) * (sight_y / sight_length)
+        last_beam = (first_beam + beam_count - 1) % n
+        is_bare = distance[(first_beam - 1) % n] > distance[first_beam]
+        is_bare = is_bare and distance[(first_beam + beam_count) % n] > distance[last_beam]
+        is_whole[k] = is_bare and least_range[k] + radius[k] < beams.range_max
+    return center, radius, least_range, is_whole
 
 
 @kernel

@@ -7,29 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan, place_ends
-from drake_starnav.moving.clusters import (
-    SMALLEST_RADIUS,
-    estimate_disc,
-    find_clusters,
-    find_least_distance,
-    fit_center,
-    fit_radius,
-    match_tracks,
-)
+from drake_starnav.lidar.laser_scan import DYNAMIC, STANDING, STATIC, UNKNOWN, LaserScan
+from drake_starnav.moving.clusters import SMALLEST_RADIUS, estimate_discs, find_clusters, fit_center, fit_radius
 from drake_starnav.moving.occupancy_history import BeamMotion
 from drake_starnav.moving.parameters import DynamicObstacleParameters
-from drake_starnav.moving.prediction import (
-    Rows,
-    add_radius,
-    find_occlusion_points,
-    is_seen_past,
-    predict_rows,
-    select_rows,
-)
+from drake_starnav.moving.prediction import add_radius, find_occlusion_points
 from drake_starnav.utils.snapshot import replace_fields, snapshot
 
+AGILITY = 0.7
+"""Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
 GAIN = 0.2
 """Share by which a track's radius, and its share of moving beams, follow the latest cluster."""
 RADIUS_WEIGHT = 0.2
@@ -171,14 +157,56 @@ class Tracks:
         return np.where(self.is_confirmed[:, None], self.velocity, self.mean_velocity)
 
 
+class Rows(NamedTuple):
+    """The attributes of `Tracks` that have a row for each track."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    radius: np.ndarray
+    variance: np.ndarray
+    scan_count: np.ndarray
+    last_seen: np.ndarray
+    moving_share: np.ndarray
+    recent_top_speed: np.ndarray
+    first_seen: np.ndarray
+    mean_velocity: np.ndarray
+    aspect_rate: np.ndarray
+
+    def select(self, indices: np.ndarray) -> "Rows":
+        """Copies of some rows, by their indices (k,)."""
+        return Rows(*(column[indices] for column in self))
+
+
+class Clusters(NamedTuple):
+    """Clusters of hits, each with the disc that it shows by itself.
+
+    Attributes:
+        points: of each its hits, shape (k, 2), W, m.
+        moving_share: share of its beams that hit what was free before, shape (c,).
+        center, radius: of the disc, shape (c, 2) and (c,), W, m.
+        distance: the least range, shape (c,), m.
+        is_whole: whether both sides of the disc are in view, shape (c,), bool.
+    """
+
+    points: list[np.ndarray]
+    moving_share: np.ndarray
+    center: np.ndarray
+    radius: np.ndarray
+    distance: np.ndarray
+    is_whole: np.ndarray
+
+    def select(self, indices: np.ndarray) -> "Clusters":
+        """Some of them, by their indices (k,)."""
+        return Clusters([self.points[c] for c in indices], *(column[indices] for column in self[1:]))
+
+
 def update_tracks(
     tracks: Tracks, scan: LaserScan, beam_motion: BeamMotion, pose: np.ndarray, parameters: DynamicObstacleParameters
 ) -> tuple[Tracks, np.ndarray]:
     """The tracks after one more scan, and the motion state of each beam as they show it, shape (n,).
 
-    Each cluster continues the track that is predicted nearest to it, or begins one. The centre of a continued track is
-    where a disc of its radius fits the hits best, so that a partly occluded obstacle does not seem to slow down. If the
-    radius estimate changes, the centre is shifted along the line of sight, which is not motion.
+    Tracks are predicted. Each cluster continues the track that is predicted nearest to it, and corrects it, or begins
+    one. Tracks that no cluster continues are remembered for a while.
 
     Args:
         scan: the latest, in S.
@@ -186,22 +214,44 @@ def update_tracks(
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution.
     """
-    rows, points, hit_track = _update_rows(
-        Rows._make([getattr(tracks, name) for name in Rows._fields]),
-        (tracks.time, tracks.origin),
-        scan.beams,
-        beam_motion,
-        (float(pose[0]), float(pose[1]), float(pose[2])),
-        (scan.time, scan.angle_min),
-        (parameters.max_speed, parameters.max_radius),
-    )
     is_doubtful = beam_motion.motion != STATIC
+    points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), pose)
+    runs = find_clusters(scan.beams, is_doubtful, beam_motion.may_start, parameters.max_radius)
+    beams_of_clusters = [(first_beam + np.arange(beam_count)) % len(points) for first_beam, beam_count in runs.tolist()]
+    clusters = Clusters(
+        [points[beams] for beams in beams_of_clusters],
+        np.array([beam_motion.newly_occupied[beams].mean() for beams in beams_of_clusters]),
+        *estimate_discs(scan.beams, runs, points, np.array(pose[:2]), parameters.max_radius),
+    )
+    predicted_rows = predict_rows(Rows(*(getattr(tracks, name) for name in Rows._fields)), scan.time - tracks.time)
+    matched_tracks = match_tracks(
+        clusters.center, predicted_rows.position, compute_association_gates(predicted_rows, scan.time)
+    )
+    remembered_tracks = find_remembered_tracks(predicted_rows, matched_tracks, scan, pose)
+    continued_clusters = np.flatnonzero(matched_tracks >= 0)
+    continued_tracks = matched_tracks[continued_clusters]
+    corrected_rows = correct_rows(
+        predicted_rows.select(continued_tracks),
+        clusters.select(continued_clusters),
+        tracks,
+        tracks.position[continued_tracks],
+        scan.time,
+        pose[:2],
+        parameters,
+    )
+    next_rows = begin_rows(clusters, scan.time, parameters.max_speed)
+    for column, corrected_column in zip(next_rows, corrected_rows, strict=True):
+        column[continued_clusters] = corrected_column
+    hit_track = np.full(len(points), -1)
+    for c, beams in enumerate(beams_of_clusters):
+        hit_track[beams] = len(remembered_tracks) + c
+    next_rows = Rows(*map(np.concatenate, zip(predicted_rows.select(remembered_tracks), next_rows, strict=True)))
     next_tracks = Tracks(
         time=scan.time,
         origin=pose[:2].copy(),
         hits=add_radius(points[is_doubtful], 0.0),
         hit_track=hit_track[is_doubtful],
-        **rows._asdict(),
+        **next_rows._asdict(),
     )
     if parameters.guarded:
         possible_starters = add_radius(points[beam_motion.may_start & ~is_doubtful], 0.0)
@@ -217,131 +267,133 @@ def update_tracks(
     return next_tracks, reported_motion
 
 
-@kernel
-def _update_rows(tracks, last_scan, beams, beam_motion, pose, scan_start, limits):
-    """The loop of `update_tracks`: the tracks' `Rows`, where each beam ends, and the track that it belongs to, or -1.
-
-    Args:
-        tracks: their `Rows`.
-        last_scan: time of the last scan, s, and where it was taken.
-        beams, beam_motion: `Beams` of the scan, and what they hit.
-        pose: (x, y, yaw) of the scan.
-        scan_start: its time, s, and its first bearing, rad.
-        limits: max_speed and max_radius.
-    """
-    (x, y, yaw), (time, angle_min), (max_speed, max_radius) = pose, scan_start, limits
-    sensor_position = np.array(pose[:2])
-    n, track_count = len(beam_motion.motion), len(tracks.radius)
-    points = place_ends(beams.directions, beams.distances, np.ones(n, np.bool_), x, y, math.cos(yaw), math.sin(yaw))
-    clusters_found = find_clusters(beams, beam_motion.motion != STATIC, beam_motion.may_start, max_radius)
-    cluster_discs, is_whole = np.empty((len(clusters_found), 3)), np.empty(len(clusters_found), np.bool_)
-    for c in range(len(clusters_found)):
-        cluster_discs[c, 0], cluster_discs[c, 1], cluster_discs[c, 2], is_whole[c] = estimate_disc(
-            beams, clusters_found[c], points, sensor_position, max_radius
-        )
-    predicted_rows = predict_rows(tracks, time - last_scan[0])
-    matched_track = match_tracks(
-        cluster_discs, predicted_rows.position, _compute_association_gates(predicted_rows, time)
-    )
-    is_remembered = np.ones(track_count, np.bool_)
-    is_remembered[matched_track[matched_track >= 0]] = False
-    for k in range(track_count):
-        is_absent = predicted_rows.scan_count[k] <= CONFIRMED_AFTER
-        is_absent = is_absent or is_seen_past(beams, (x, y, yaw + angle_min), predicted_rows.position[k])
-        is_remembered[k] &= time - predicted_rows.last_seen[k] < (FORGOTTEN_NEW if is_absent else FORGOTTEN_AFTER)
-    remembered_rows = np.flatnonzero(is_remembered)  # though this scan does not show them
-    rows, hit_track = select_rows(predicted_rows, np.concatenate((remembered_rows, matched_track))), np.full(n, -1)
-    for c in range(len(clusters_found)):
-        row, k, (first_beam, beam_count) = len(remembered_rows) + c, matched_track[c], clusters_found[c]
-        beams_of_cluster = (first_beam + np.arange(beam_count)) % n
-        hit_track[beams_of_cluster] = row
-        if k < 0:
-            rows.position[row], rows.radius[row], rows.scan_count[row] = cluster_discs[c, :2], cluster_discs[c, 2], 1
-            rows.last_seen[row], rows.first_seen[row] = time, time
-            rows.variance[row, 0], rows.variance[row, 2] = FIRST_SPREAD**2, (FIRST_SPEED_SHARE * max_speed) ** 2
-            continue
-        cluster = Cluster(
-            points[beams_of_cluster],
-            find_least_distance(beams.distances, clusters_found[c]),
-            cluster_discs[c, 2],
-            is_whole[c],
-        )
-        _correct_row(
-            rows, row, tracks.position[k], cluster, (last_scan[1], sensor_position), (time, time - last_scan[0]), limits
-        )
-        rows.moving_share[row] += GAIN * (
-            np.mean(beam_motion.newly_occupied[beams_of_cluster]) - rows.moving_share[row]
-        )
-    return rows, points, hit_track
+def predict_rows(rows: Rows, duration: float) -> Rows:
+    """The rows after a time, s."""
+    p, c, v = rows.variance.T
+    variance = (p + 2.0 * duration * c + duration * duration * v, c + duration * v, v + AGILITY**2 * duration)
+    return rows._replace(position=rows.position + rows.velocity * duration, variance=np.column_stack(variance))
 
 
-class Cluster(NamedTuple):
-    """A cluster of hits: where they are, the least range, the radius of the disc that they show, and if all of it."""
-
-    points: np.ndarray
-    distance: float
-    radius: float
-    is_whole: bool
-
-
-@kernel
-def _correct_row(rows, k, last_position, cluster, sensor_positions, scan_times, limits):
-    """Correct the predicted row of a track that a cluster continues.
-
-    Args:
-        rows, k: number k of them.
-        last_position: where the track was at the last scan.
-        cluster: of this scan.
-        sensor_positions: where the lidar was then, and is.
-        scan_times: now, and since the last scan, s.
-        limits: max_speed and max_radius.
-    """
-    previous_sensor, sensor_position = sensor_positions
-    time, step = scan_times
-    radius = rows.radius[k]
-    position = rows.position[k]
-    if cluster.is_whole:
-        next_radius = radius + GAIN * (cluster.radius - radius)
-    else:
-        next_radius = min(max(fit_radius(cluster.points, position, radius, RADIUS_WEIGHT), SMALLEST_RADIUS), limits[1])
-    sight_line = position - sensor_position
-    shift = (next_radius - radius) / max(math.hypot(sight_line[0], sight_line[1]), 1e-9) * sight_line
-    predicted_position = position + shift
-    noise = NOISE + NOISE_PER_RANGE * cluster.distance
-    p, p_v, v = rows.variance[k]
-    gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
-    innovation = fit_center(cluster.points, predicted_position, next_radius) - predicted_position
-    position, velocity = predicted_position + gain_p * innovation, rows.velocity[k] + gain_v * innovation
-    velocity *= min(1.0, limits[0] / max(math.hypot(velocity[0], velocity[1]), 1e-9))
-    gain = min(step / min(max(time - rows.first_seen[k], step), DRIFT_TIME), 1.0)
-    for i in range(2):
-        displacement = (
-            position[i] - last_position[i] - shift[i] if cluster.is_whole else 0.0
-        )  # it may be a wall behind a gap
-        rows.mean_velocity[k, i] += gain * (displacement / step - rows.mean_velocity[k, i])
-        rows.position[k, i], rows.velocity[k, i] = position[i], velocity[i]
-    rows.aspect_rate[k] += gain * (
-        _measure_turn_of_sight(last_position, previous_sensor, sensor_position) / step - rows.aspect_rate[k]
-    )
-    rows.variance[k, 0], rows.variance[k, 1] = (1.0 - gain_p) * p, (1.0 - gain_p) * p_v
-    rows.variance[k, 2] = v - gain_v * p_v
-    rows.recent_top_speed[k] = max(math.hypot(velocity[0], velocity[1]), rows.recent_top_speed[k] - PACE_DECAY * step)
-    rows.radius[k], rows.last_seen[k] = next_radius, time
-    rows.scan_count[k] += 1
-
-
-@kernel
-def _measure_turn_of_sight(target, previous_sensor, sensor):
-    """The angle by which the line of sight to a place (2,) turns as the lidar moves between positions (2,), rad."""
-    a = target[0] - previous_sensor[0]
-    b = target[1] - previous_sensor[1]
-    c = target[0] - sensor[0]
-    d = target[1] - sensor[1]
-    return math.atan2(a * d - b * c, a * c + b * d)
-
-
-@kernel
-def _compute_association_gates(rows, time):
+def compute_association_gates(rows: Rows, time: float) -> np.ndarray:
     """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
     gates = GATE + GATE_SPEED * (time - rows.last_seen)
     return np.minimum(gates + np.where(rows.scan_count < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)
+
+
+def match_tracks(centers: np.ndarray, predicted_places: np.ndarray, gates: np.ndarray) -> np.ndarray:
+    """The track that each cluster with a centre of (c, 2) continues, the nearest pairs first, shape (c,); -1 for none.
+
+    No track, predicted at a place of (n, 2), continues with a cluster beyond its gate; W, m.
+    """
+    offsets = centers[:, None] - predicted_places
+    distances, matched_tracks = np.hypot(offsets[..., 0], offsets[..., 1]), np.full(len(centers), -1)
+    near_clusters, near_tracks = np.nonzero(distances < gates)
+    for pair in np.argsort(distances[near_clusters, near_tracks], kind="stable"):
+        c, k = near_clusters[pair], near_tracks[pair]
+        if matched_tracks[c] < 0 and k not in matched_tracks:
+            matched_tracks[c] = k
+    return matched_tracks
+
+
+def find_remembered_tracks(rows: Rows, matched_tracks: np.ndarray, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
+    """Indices of the predicted rows that no cluster continues, as the scan at a pose does not show them, but are kept.
+
+    Shorter if the scan does not look at their places, or sees past them.
+    """
+    distance, beam = scan.polar(rows.position, pose)
+    nearest_beam = (beam + 0.5).astype(int)
+    if scan.full_circle:
+        nearest_beam %= len(scan.ranges)
+    in_view = nearest_beam < len(scan.ranges)
+    is_absent = ~in_view | (scan.distances[np.where(in_view, nearest_beam, 0)] > distance)
+    is_absent |= rows.scan_count <= CONFIRMED_AFTER
+    is_remembered = scan.time - rows.last_seen < np.where(is_absent, FORGOTTEN_NEW, FORGOTTEN_AFTER)
+    is_remembered[matched_tracks[matched_tracks >= 0]] = False
+    return np.flatnonzero(is_remembered)
+
+
+def begin_rows(clusters: Clusters, time: float, max_speed: float) -> Rows:
+    """The rows of tracks that begin with clusters, at a time, s, of obstacles that are no faster than `max_speed`."""
+    zero = np.zeros(len(clusters.radius))
+    variance = np.column_stack((zero + FIRST_SPREAD**2, zero, zero + (FIRST_SPEED_SHARE * max_speed) ** 2))
+    return Rows(
+        position=clusters.center.copy(),
+        velocity=np.zeros_like(clusters.center),
+        radius=clusters.radius.copy(),
+        variance=variance,
+        scan_count=np.ones(len(zero), np.int64),
+        last_seen=zero + time,
+        moving_share=zero.copy(),
+        recent_top_speed=zero.copy(),
+        first_seen=zero + time,
+        mean_velocity=np.zeros_like(clusters.center),
+        aspect_rate=zero.copy(),
+    )
+
+
+def correct_rows(
+    rows: Rows,
+    clusters: Clusters,
+    last_tracks: Tracks,
+    last_position: np.ndarray,
+    time: float,
+    sensor_position: np.ndarray,
+    parameters: DynamicObstacleParameters,
+) -> Rows:
+    """The predicted rows of tracks, corrected by the clusters that continue them.
+
+    The centre is where a disc of the track's radius fits the hits best, so that a partly occluded obstacle does not
+    seem to slow down. If the radius estimate changes, the centre is shifted along the line of sight, which is not
+    motion.
+
+    Args:
+        rows, clusters: n of each.
+        last_tracks: of the last scan, for its time and origin.
+        last_position: of these tracks then, shape (n, 2), W, m.
+        time: of this scan, s.
+        sensor_position: where the lidar was then, shape (2,), W, m.
+        parameters: max_speed and max_radius.
+    """
+    fitted_radius = np.array(
+        [fit_radius(*each, RADIUS_WEIGHT) for each in zip(clusters.points, rows.position, rows.radius, strict=True)]
+    )
+    radius = np.where(
+        clusters.is_whole,
+        rows.radius + GAIN * (clusters.radius - rows.radius),
+        np.clip(fitted_radius, SMALLEST_RADIUS, parameters.max_radius),
+    )
+    sight_line = rows.position - sensor_position
+    shift = ((radius - rows.radius) / np.maximum(np.hypot(*sight_line.T), 1e-9))[:, None] * sight_line
+    predicted_position = rows.position + shift
+    noise = NOISE + NOISE_PER_RANGE * clusters.distance
+    p, p_v, v = rows.variance.T
+    gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
+    fitted_centers = np.array(
+        [fit_center(*each) for each in zip(clusters.points, predicted_position, radius, strict=True)]
+    )
+    innovation = fitted_centers.reshape(-1, 2) - predicted_position
+    position, velocity = predicted_position + gain_p[:, None] * innovation, rows.velocity + gain_v[:, None] * innovation
+    velocity *= np.minimum(1.0, parameters.max_speed / np.maximum(np.hypot(*velocity.T), 1e-9))[:, None]
+    duration = time - last_tracks.time
+    drift_gain = np.minimum(duration / np.minimum(np.maximum(time - rows.first_seen, duration), DRIFT_TIME), 1.0)
+    displacement = np.where(clusters.is_whole[:, None], position - last_position - shift, 0.0)  # else a wall's, maybe
+    turns = _measure_turns_of_sight(last_position, last_tracks.origin, sensor_position)
+    return Rows(
+        position=position,
+        velocity=velocity,
+        radius=radius,
+        variance=np.column_stack(((1.0 - gain_p) * p, (1.0 - gain_p) * p_v, v - gain_v * p_v)),
+        scan_count=rows.scan_count + 1,
+        last_seen=np.full(len(radius), time),
+        moving_share=rows.moving_share + GAIN * (clusters.moving_share - rows.moving_share),
+        recent_top_speed=np.maximum(np.hypot(*velocity.T), rows.recent_top_speed - PACE_DECAY * duration),
+        first_seen=rows.first_seen,
+        mean_velocity=rows.mean_velocity + drift_gain[:, None] * (displacement / duration - rows.mean_velocity),
+        aspect_rate=rows.aspect_rate + drift_gain * (turns / duration - rows.aspect_rate),
+    )
+
+
+def _measure_turns_of_sight(targets: np.ndarray, previous_sensor: np.ndarray, sensor: np.ndarray) -> np.ndarray:
+    """The angles by which the lines of sight to places (n, 2) turn as the lidar moves from (2,) to (2,), (n,), rad."""
+    (a, b), (c, d) = (targets - previous_sensor).T, (targets - sensor).T
+    return np.array([math.atan2(*sides) for sides in zip(a * d - b * c, a * c + b * d, strict=True)])

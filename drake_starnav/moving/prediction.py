@@ -7,7 +7,6 @@ of persons: nature.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +22,6 @@ PREDICTION_STEP = 0.1
 PREDICTION_STEPS = math.ceil((HORIZON + PREDICTION_LEAD) / PREDICTION_STEP - 1e-9) + 1
 PREDICTED_TIME = PREDICTION_STEP * PREDICTION_STEPS
 """Number of predicted positions after the present one, and how far they reach, s."""
-AGILITY = 0.7
-"""Random change of velocity that is expected, per root of time, m/s/sqrt(s)."""
 OCCLUSION_SPACING = 0.15
 """Where the ranges of neighbouring beams differ by more than this, m, something may hide behind the nearer hit. The
 places on the ray between the two have this spacing."""
@@ -103,101 +100,26 @@ def is_seen_free(
     First: all of the disc, with this much more radius, m, is seen free. Second: as far as the lidar looks there; also
     where it does not look at the middle.
     """
-    return _is_seen_free(scan.beams, (*pose[:2].tolist(), float(pose[2]) + scan.angle_min), places, added_radius)
-
-
-class Rows(NamedTuple):
-    """The attributes of `Tracks` that have a row for each track, for compiled functions."""
-
-    position: np.ndarray
-    velocity: np.ndarray
-    radius: np.ndarray
-    variance: np.ndarray
-    scan_count: np.ndarray
-    last_seen: np.ndarray
-    moving_share: np.ndarray
-    recent_top_speed: np.ndarray
-    first_seen: np.ndarray
-    mean_velocity: np.ndarray
-    aspect_rate: np.ndarray
+    distance, middle_beam = scan.polar(places[:, :2], pose)
+    return _is_seen_free(scan.beams, distance, middle_beam, places[:, 2] + added_radius)
 
 
 @kernel
-def select_rows(rows, row_indices):
-    """Copies of rows by their indices; zeros where these are negative."""
-    return Rows(
-        _select_values(rows.position, row_indices),
-        _select_values(rows.velocity, row_indices),
-        _select_values(rows.radius, row_indices),
-        _select_values(rows.variance, row_indices),
-        _select_values(rows.scan_count, row_indices),
-        _select_values(rows.last_seen, row_indices),
-        _select_values(rows.moving_share, row_indices),
-        _select_values(rows.recent_top_speed, row_indices),
-        _select_values(rows.first_seen, row_indices),
-        _select_values(rows.mean_velocity, row_indices),
-        _select_values(rows.aspect_rate, row_indices),
-    )
-
-
-@kernel
-def _select_values(array, row_indices):
-    chosen_values = np.zeros((len(row_indices), *array.shape[1:]), array.dtype)
-    for k in range(len(row_indices)):
-        if row_indices[k] >= 0:
-            chosen_values[k] = array[row_indices[k]]
-    return chosen_values
-
-
-@kernel
-def predict_rows(rows, dt):
-    """The rows after a time, s."""
-    rows = select_rows(rows, np.arange(len(rows.radius)))
-    for k in range(len(rows.radius)):
-        p, c, v = rows.variance[k]
-        rows.variance[k, 0], rows.variance[k, 1] = p + 2.0 * dt * c + dt * dt * v, c + dt * v
-        rows.variance[k, 2] = v + AGILITY**2 * dt
-        rows.position[k] += rows.velocity[k] * dt
-    return rows
-
-
-@kernel
-def _find_beam(dx, dy, pose, beams):
-    """The number, not rounded, of the beam of a scan in a direction; `pose` is that of the first beam."""
-    return ((math.atan2(dy, dx) - pose[2]) % (2.0 * math.pi)) / beams.increment
-
-
-@kernel
-def is_seen_past(beams, pose, place):
-    """Whether the beam nearest to a place (2,) ended behind it, or a scan did not look there.
-
-    `beams` are those of a scan whose first one is at x, y and that bearing, `pose`.
-    """
-    dx, dy, n = place[0] - pose[0], place[1] - pose[1], len(beams.distances)
-    k = int(_find_beam(dx, dy, pose, beams) + 0.5)
-    k = k % n if beams.seam < np.inf else k
-    return k >= n or beams.distances[k] > math.hypot(dx, dy)
-
-
-@kernel
-def _is_seen_free(beams, pose, places, added_radius):
-    """The loop of `is_seen_free`; `pose` is that of the first beam."""
+def _is_seen_free(beams, distance, middle_beam, radius):
+    """The loop of `is_seen_free` over discs (n,): their distance, m, the beam to each, a real index, and radius, m."""
     n, is_full_circle = len(beams.distances), beams.seam < np.inf
-    disc_is_free, looked_part_is_free = np.zeros(len(places), np.bool_), np.zeros(len(places), np.bool_)
-    for i in range(len(places)):
-        dx, dy, radius = places[i, 0] - pose[0], places[i, 1] - pose[1], places[i, 2] + added_radius
-        distance = math.hypot(dx, dy)
-        if distance <= radius:
+    disc_is_free, looked_part_is_free = np.zeros(len(radius), np.bool_), np.zeros(len(radius), np.bool_)
+    for i in range(len(radius)):
+        if distance[i] <= radius[i]:
             continue
-        half = math.asin(radius / distance) / beams.increment
-        middle_beam = _find_beam(dx, dy, pose, beams)
-        if not is_full_circle and middle_beam > n - 1:
+        half = math.asin(radius[i] / distance[i]) / beams.increment
+        if not is_full_circle and middle_beam[i] > n - 1:
             looked_part_is_free[i] = True
             continue
         disc_is_free[i], looked_part_is_free[i] = True, True
-        for m in range(math.floor(middle_beam - half), math.ceil(middle_beam + half) + 1):
+        for m in range(math.floor(middle_beam[i] - half), math.ceil(middle_beam[i] + half) + 1):
             if is_full_circle or 0 <= m < n:
-                looked_part_is_free[i] &= beams.distances[m % n] >= distance + radius
+                looked_part_is_free[i] &= beams.distances[m % n] >= distance[i] + radius[i]
             else:
                 disc_is_free[i] = False
         disc_is_free[i] &= looked_part_is_free[i]

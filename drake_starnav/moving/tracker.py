@@ -9,12 +9,11 @@ import numpy as np
 
 from drake_starnav.lidar.deskew import deskew_scan
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.moving.kalman_tracks import Tracks, update_tracks
+from drake_starnav.moving.kalman_tracks import Rows, Tracks, update_tracks
 from drake_starnav.moving.occupancy_history import OccupancyHistory
 from drake_starnav.moving.parameters import DynamicObstacleParameters
 from drake_starnav.moving.prediction import (
     PREDICTED_TIME,
-    Rows,
     add_radius,
     find_view_edges,
     is_seen_free,

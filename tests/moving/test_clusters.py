@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, LaserScan
-from drake_starnav.moving.clusters import estimate_disc, find_clusters, fit_center, fit_radius
+from drake_starnav.moving.clusters import estimate_discs, find_clusters, fit_center, fit_radius
 from tests.helpers.scans import cast
 from tests.helpers.scenes import hall
 
@@ -35,7 +35,9 @@ def parts(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, largest:
 
 def shown(scan: LaserScan, run: np.ndarray, points: np.ndarray) -> tuple[float, float, float, bool]:
     """The disc that a cluster shows from the origin."""
-    return estimate_disc(scan.beams, np.array((run[0], len(run))), points, np.zeros(2), LARGEST)
+    runs = np.array(((run[0], len(run)),))
+    (center,), (radius,), _, (is_whole,) = estimate_discs(scan.beams, runs, points, np.zeros(2), LARGEST)
+    return *center, radius, is_whole
 
 
 @pytest.mark.parametrize("bearing", np.linspace(-math.pi, math.pi, 7))
