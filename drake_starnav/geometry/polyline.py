@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import shapely
+from numba.extending import register_jitable
 
 from drake_starnav.geometry.compiled import kernel, leaf
 
@@ -27,10 +28,10 @@ def measure_segment_distance(points: np.ndarray, start: np.ndarray, end: np.ndar
     return np.hypot(*(points - start - np.multiply.outer(share, segment_vector)).T)
 
 
-@kernel
+@register_jitable
 def compute_third_side(a, b, cosine):
-    """The third side of a triangle from two others and the cosine of the angle between them, m."""
-    return math.sqrt(max(a * a + b * b - 2.0 * a * b * cosine, 0.0))
+    """The third side of a triangle from two others and the cosine of the angle between them, m; or of many."""
+    return np.sqrt(np.maximum(a * a + b * b - 2.0 * a * b * cosine, 0.0))
 
 
 def measure_signed_distance(polygon: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
-from drake_starnav.lidar.laser_scan import HIT
-from drake_starnav.moving.surfaces import find_continuing_beams, find_runs, measure_chord
+from drake_starnav.lidar.laser_scan import LaserScan
+from drake_starnav.moving.surfaces import find_continuing, find_runs, measure_chords
 
 FEWEST_BEAMS = 2
 """Clusters of fewer hits are not tracked."""
@@ -19,36 +19,29 @@ FIT_PRIOR = 0.05
 """Rounds of the fit of a disc to hits, and the weight of the predicted centre in it, in hits."""
 
 
-@kernel
-def find_clusters(beams, is_doubtful, may_start, max_radius):
+def find_clusters(scan: LaserScan, is_doubtful: np.ndarray, may_start: np.ndarray, max_radius: float) -> np.ndarray:
     """Runs of connected hits that may be of one moving obstacle, as from `find_runs`.
 
     Where two discs touch or overlap, the range has a peak between them: there the run is split. Of a run that is still
     too wide, the hits that certainly stand are left out.
 
     Args:
-        beams: of a scan.
-        is_doubtful, may_start: which of them hit what does not certainly stand, or is small enough to move, shape (n,).
+        scan: in S.
+        is_doubtful, may_start: which of its beams hit what does not certainly stand, or is small enough to move, (n,).
         max_radius: radius of the largest obstacle that moves, m.
     """
-    n, is_hit = len(is_doubtful), beams.kinds & HIT != 0
-    continues_surface, is_wide = find_continuing_beams(beams, is_hit), np.zeros(n, np.bool_)
-    cluster_runs, cluster_count = np.empty((2 * n, 2), np.int64), 0
-    for skips_wide, is_chosen in ((False, (is_doubtful | may_start) & is_hit), (True, is_doubtful & is_hit)):
-        for first_beam, beam_count in _split_at_peaks(
-            beams.distances, find_runs(is_chosen & (is_wide | (not skips_wide)), continues_surface)
-        ):
-            if measure_chord(beams.distances, beams.increment, first_beam, beam_count) > 2.0 * max_radius:
-                for k in range(first_beam, first_beam + beam_count):
-                    is_wide[k % n] = True
-            elif beam_count >= FEWEST_BEAMS:
-                cluster_runs[cluster_count, 0], cluster_runs[cluster_count, 1] = first_beam, beam_count
-                cluster_count += 1
-    return cluster_runs[:cluster_count].copy()
+    continues_surface = find_continuing(scan, scan.hits)
+    runs = split_at_peaks(scan.distances, find_runs((is_doubtful | may_start) & scan.hits, continues_surface))
+    too_wide, is_wide = measure_chords(scan, runs) > 2.0 * max_radius, np.zeros(len(is_doubtful), bool)
+    for first_beam, beam_count in runs[too_wide].tolist():
+        is_wide[(first_beam + np.arange(beam_count)) % len(is_wide)] = True
+    parts = split_at_peaks(scan.distances, find_runs(is_doubtful & scan.hits & is_wide, continues_surface))
+    clusters = np.vstack((runs[~too_wide], parts[measure_chords(scan, parts) <= 2.0 * max_radius]))
+    return clusters[clusters[:, 1] >= FEWEST_BEAMS]
 
 
 @kernel
-def _split_at_peaks(distance, whole_runs):
+def split_at_peaks(distance, whole_runs):
     """Runs (k, 2), split at the peaks of the range."""
     n = len(distance)
     split_runs, run_count, runs_to_split = np.empty((n, 2), np.int64), 0, [(0, 0)][:0]

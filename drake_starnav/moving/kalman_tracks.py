@@ -216,7 +216,7 @@ def update_tracks(
     """
     is_doubtful = beam_motion.motion != STATIC
     points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), pose)
-    runs = find_clusters(scan.beams, is_doubtful, beam_motion.may_start, parameters.max_radius)
+    runs = find_clusters(scan, is_doubtful, beam_motion.may_start, parameters.max_radius)
     beams_of_clusters = [(first_beam + np.arange(beam_count)) % len(points) for first_beam, beam_count in runs.tolist()]
     clusters = Clusters(
         [points[beams] for beams in beams_of_clusters],

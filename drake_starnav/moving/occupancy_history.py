@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_starnav.geometry.compiled import kernel, leaf, put
-from drake_starnav.lidar.laser_scan import DYNAMIC, HIT, LOST, STATIC, UNKNOWN, LaserScan, place_ends
+from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN, LaserScan
 from drake_starnav.moving.parameters import DynamicObstacleParameters
-from drake_starnav.moving.surfaces import find_continuing_beams, find_runs, measure_chord
+from drake_starnav.moving.surfaces import find_continuing, find_runs, measure_chords
 from drake_starnav.utils.snapshot import snapshot
 
 CELL = 0.05
@@ -27,6 +27,10 @@ WIDEST_REACH = 11.0
 """The grid reaches as far from the robot as the lidar does, but no farther than this, m."""
 RECENTRED_WITHIN = 1.0
 """The grid follows the robot when it is this far from the grid's middle, m."""
+HALF_DIAGONAL = 0.5 * math.sqrt(2.0) * CELL
+"""Of a cell, m."""
+BESIDE = np.indices((3, 3)).reshape(2, 9) - 1
+"""What leads from a cell to itself and to those beside it."""
 SQUARE = 8
 """Cells along a square of the grid that is seen through as a whole, or not; a power of two."""
 NEVER = -1.0
@@ -96,139 +100,80 @@ class OccupancyHistory:
 
         `on_large_surface` are those on a surface that is too large to move, shape (n,).
         """
-        grids = self.first_hit, self.last_hit, self.seen_free, self.large
-        return BeamMotion(
-            *_classify_beams(
-                grids, self._find_hit_cells(scan, pose), scan.beams, scan.time, on_large_surface, parameters.max_radius
-            )
-        )
+        is_hit, cells = scan.hits, self._find_hit_cells(scan, pose)
+        is_standing, was_free, may_start = np.zeros_like(is_hit), np.zeros_like(is_hit), is_hit & ~on_large_surface
+        is_inside = self._are_inside(cells, border=1) & is_hit
+        rows, columns = cells[is_inside].T
+        was_free[is_inside] = self.seen_free[rows, columns]
+        nearby = rows[:, None] + BESIDE[0], columns[:, None] + BESIDE[1]
+        is_standing[is_inside] = _are_standing(self.first_hit[nearby], self.last_hit[nearby], scan.time).any(axis=1)
+        may_start[is_inside] &= ~self.large[nearby].any(axis=1)
+        is_static = _find_static_surfaces(scan, is_standing, is_inside, 2.0 * parameters.max_radius)
+        is_static |= on_large_surface  # outside the grid nothing else is evidence
+        moves = was_free & ~is_standing
+        is_unknown = is_hit & ~is_standing & (was_free | ~is_static)
+        motion = np.where(moves & _has_neighbour(moves), DYNAMIC, np.where(is_unknown, UNKNOWN, STATIC))
+        return BeamMotion(motion, was_free & _has_neighbour(was_free), may_start)
 
     def find_walls(self, time: float, places: np.ndarray, farthest_distances: np.ndarray) -> np.ndarray:
         """Return the centres of cells that at a time (s) have been occupied for STANDING_AFTER, shape (n, 2), W, m.
 
         All that are within reach (k,) of places (k, 2), m, are among them.
         """
-        return _find_standing_cells(self.first_hit, self.last_hit, time, self.first, places, farthest_distances)
+        reach, last_index = farthest_distances[:, None], len(self.first_hit) - 1
+        begin = (np.floor((places - reach) / CELL).astype(np.int64) - self.first).min(axis=0, initial=last_index)
+        end = (np.floor((places + reach) / CELL).astype(np.int64) - self.first).max(axis=0, initial=0)
+        begin = np.maximum(begin, 0)
+        near = tuple(map(slice, begin, np.minimum(end, last_index) + 1))
+        standing_cells = np.argwhere(_are_standing(self.first_hit[near], self.last_hit[near], time))
+        return (standing_cells + begin + self.first + 0.5) * CELL
 
     def add_scan(self, scan: LaserScan, pose: np.ndarray, on_large_surface: np.ndarray) -> "OccupancyHistory":
         """The grid with one more scan; arguments as for `classify_beams`."""
         grid = self.follow_robot(pose[:2])
-        grids = [array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)]
-        first_beam = float(pose[0]), float(pose[1]), scan.angle_min + float(pose[2])
-        cells = grid.first, grid._find_hit_cells(scan, pose)
-        _note_scan(tuple(grids), cells, scan.beams, scan.time, first_beam, on_large_surface)
-        return OccupancyHistory(grid.first, *grids)
+        first_hit, last_hit, seen_free, large = (
+            array.copy() for array in (grid.first_hit, grid.last_hit, grid.seen_free, grid.large)
+        )
+        free_ranges = _make_extremes(np.where(scan.lost, 0.0, scan.distances))
+        view = scan.field_of_view._replace(angle_min=scan.angle_min + float(pose[2]))
+        _note_free_cells(
+            first_hit, seen_free, large, grid.first, np.array(pose[:2]), view, scan.full_circle, free_ranges
+        )
+        cells = grid._find_hit_cells(scan, pose)
+        is_inside = grid._are_inside(cells) & scan.hits
+        hit_cells = tuple(cells[is_inside].T)
+        last_hit[hit_cells] = scan.time
+        first_hit[hit_cells] = np.where(first_hit[hit_cells] < 0.0, scan.time, first_hit[hit_cells])
+        large[hit_cells] |= on_large_surface[is_inside]
+        return OccupancyHistory(grid.first, first_hit, last_hit, seen_free, large)
 
     def _find_hit_cells(self, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-        """Row and column of the cell that each beam hits, shape (n, 2); negative where it hits none."""
-        return _find_hit_cells(scan.beams, float(pose[0]), float(pose[1]), float(pose[2]), self.first)
+        """Row and column of the cell in which each beam ends, shape (n, 2)."""
+        end_points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), pose)
+        return np.floor(end_points / CELL).astype(np.int64) - self.first
+
+    def _are_inside(self, cells: np.ndarray, border: int = 0) -> np.ndarray:
+        """Which cells (n, 2) are of the grid without a border of this many cells, shape (n,)."""
+        return ((border <= cells) & (cells < len(self.first_hit) - border)).all(axis=1)
 
 
-@kernel
-def _find_hit_cells(beams, x, y, yaw, first_cell):
-    """The loop of `OccupancyHistory._find_hit_cells`."""
-    all_beams = np.ones(len(beams.kinds), np.bool_)
-    end_points = place_ends(beams.directions, beams.distances, all_beams, x, y, math.cos(yaw), math.sin(yaw))
-    hit_cells = np.full((len(end_points), 2), -1)
-    for k in range(len(end_points)):
-        if beams.kinds[k] & HIT:
-            hit_cells[k, 0] = math.floor(end_points[k, 0] / CELL) - first_cell[0]
-            hit_cells[k, 1] = math.floor(end_points[k, 1] / CELL) - first_cell[1]
-    return hit_cells
+def _find_static_surfaces(scan: LaserScan, is_standing: np.ndarray, is_inside: np.ndarray, width: float) -> np.ndarray:
+    """Which beams hit a connected surface of which a part certainly stands, or, inside the grid, that is too wide."""
+    is_static, n = np.zeros(len(is_standing), bool), len(is_standing)
+    continues_surface = find_continuing(scan, scan.hits)
+    runs = find_runs(scan.hits, continues_surface)
+    for (first_beam, beam_count), chord in zip(runs.tolist(), measure_chords(scan, runs), strict=True):
+        beams = (first_beam + np.arange(beam_count)) % n
+        if is_standing[beams].any():
+            is_static[beams] = True
+        elif (beam_count == n and continues_surface[first_beam]) or chord > width:
+            is_static[beams] = is_inside[beams]
+    return is_static
 
 
-@leaf
-def _is_inside(grid, cells, k, border):
-    """Whether a beam hits a cell of a grid, without a border of this many cells."""
-    return border <= min(cells[k, 0], cells[k, 1]) and max(cells[k, 0], cells[k, 1]) < len(grid) - border
-
-
-@kernel
-def _classify_beams(grids, hit_cells, beams, time, on_large_surface, max_radius):
-    """The loop of `OccupancyHistory.classify_beams`; `max_radius` is that of the largest obstacle that moves, m."""
-    first_hit, last_hit, seen_free, seen_large = grids
-    n, is_hit = len(hit_cells), beams.kinds & HIT != 0
-    is_standing, was_free, may_start = np.zeros(n, np.bool_), np.zeros(n, np.bool_), is_hit & ~on_large_surface
-    is_static = on_large_surface.copy()  # outside the grid nothing else is evidence
-    for k in range(n):
-        if not _is_inside(first_hit, hit_cells, k, 1):
-            continue
-        i, j = hit_cells[k]
-        was_free[k] = seen_free[i, j]
-        for a in range(i - 1, i + 2):
-            for b in range(j - 1, j + 2):
-                is_standing[k] |= _is_standing(first_hit[a, b], last_hit[a, b], time)
-                may_start[k] &= not seen_large[a, b]
-    continues_surface = find_continuing_beams(beams, is_hit)
-    for first_beam, beam_count in find_runs(
-        is_hit, continues_surface
-    ):  # static if too wide, all around, or if some of it certainly stands
-        run_beams = (first_beam + np.arange(beam_count)) % n
-        chord = measure_chord(beams.distances, beams.increment, first_beam, beam_count)
-        if is_standing[run_beams].any():
-            is_static[run_beams] = True
-        elif (beam_count == n and continues_surface[first_beam]) or chord > 2.0 * max_radius:
-            for k in run_beams:
-                is_static[k] |= _is_inside(first_hit, hit_cells, k, 1)
-    motion, newly_occupied = np.full(n, STATIC), np.zeros(n, np.bool_)
-    for k in range(n):
-        previous_beam, next_beam = k - 1, k + 1 if k + 1 < n else 0  # an obstacle is hit by two beams at least
-        newly_occupied[k] = was_free[k] and (was_free[previous_beam] or was_free[next_beam])
-        neighbour_moves = (was_free[previous_beam] and not is_standing[previous_beam]) or (
-            was_free[next_beam] and not is_standing[next_beam]
-        )
-        if was_free[k] and not is_standing[k] and neighbour_moves:
-            motion[k] = DYNAMIC
-        elif is_hit[k] and not is_standing[k] and (was_free[k] or not is_static[k]):
-            motion[k] = UNKNOWN
-    return motion, newly_occupied, may_start
-
-
-@kernel
-def _find_standing_cells(first_hit, last_hit, time, first_cell, places, reach):
-    """The loop of `OccupancyHistory.find_walls`, over the cells near the places; `first_cell` is the grid's first
-    cell."""
-    begin_cell, end_cell, last_index = np.full(2, len(first_hit) - 1), np.zeros(2, np.int64), len(first_hit) - 1
-    for k in range(len(places)):
-        for i in range(2):
-            begin_cell[i] = min(begin_cell[i], max(math.floor((places[k, i] - reach[k]) / CELL) - first_cell[i], 0))
-            end_cell[i] = max(
-                end_cell[i], min(math.floor((places[k, i] + reach[k]) / CELL) - first_cell[i], last_index)
-            )
-    centers, n = np.empty((max(end_cell[0] + 1 - begin_cell[0], 0) * max(end_cell[1] + 1 - begin_cell[1], 0), 2)), 0
-    for i in range(begin_cell[0], end_cell[0] + 1):
-        for j in range(begin_cell[1], end_cell[1] + 1):
-            if _is_standing(first_hit[i, j], last_hit[i, j], time):
-                put(centers, n, ((i + first_cell[0] + 0.5) * CELL, (j + first_cell[1] + 0.5) * CELL))
-                n += 1
-    return centers[:n].copy()
-
-
-@kernel
-def _note_scan(grids, cell_indices, beams, time, first_beam, on_large_surface):
-    """Note in grids of first and last hits, when seen free, and large surfaces, what a scan shows at a time, s.
-
-    Args:
-        grids: four, changed in place.
-        cell_indices: the grid's first cell, and the cell that each beam hits.
-        beams: of the scan.
-        time: s.
-        first_beam: x, y and the bearing of the first beam, in W.
-        on_large_surface: which beams hit a large surface.
-    """
-    (first_hit, last_hit, seen_free, seen_large), (origin, cells), (x, y, bearing) = grids, cell_indices, first_beam
-    distance = np.where(beams.kinds & LOST != 0, 0.0, beams.distances)
-    _note_free_cells(
-        first_hit, seen_free, seen_large, (origin, x, y), (bearing, beams.increment, beams.seam < np.inf), distance
-    )
-    for k in range(len(cells)):
-        if _is_inside(first_hit, cells, k, 0):
-            i, j = cells[k]
-            last_hit[i, j] = time
-            if first_hit[i, j] < 0.0:
-                first_hit[i, j] = time
-            if on_large_surface[k]:
-                seen_large[i, j] = True
+def _has_neighbour(is_chosen: np.ndarray) -> np.ndarray:
+    """Whether a beam beside is chosen, of all of a scan, (n,): an obstacle is hit by two beams at least."""
+    return np.roll(is_chosen, 1) | np.roll(is_chosen, -1)
 
 
 def _shift_cells(array: np.ndarray, empty_value: float, di: int, dj: int) -> np.ndarray:
@@ -241,28 +186,22 @@ def _shift_cells(array: np.ndarray, empty_value: float, di: int, dj: int) -> np.
     return shifted_cells
 
 
-@leaf
-def _is_standing(first_hit, last_hit, time):
-    """Whether a cell has been occupied for long enough."""
+def _are_standing(first_hit: np.ndarray, last_hit: np.ndarray, time: float) -> np.ndarray:
+    """Whether cells have been occupied for long enough."""
     age, hit_span = time - first_hit, last_hit - first_hit
-    return first_hit >= 0.0 and age >= STANDING_AFTER and hit_span >= HIT_SHARE * STANDING_AFTER
+    return (first_hit >= 0.0) & (age >= STANDING_AFTER) & (hit_span >= HIT_SHARE * STANDING_AFTER)
 
 
-@kernel
-def _make_extremes(distance):
+def _make_extremes(distance: np.ndarray) -> np.ndarray:
     """Least and greatest distance of 2^k beams from each on, of two turns, shape (2, levels, 2 n)."""
-    n, levels = len(distance), 1
-    while 1 << levels <= n:
-        levels += 1
-    table = np.empty((2, levels, 2 * n))
-    for i in range(2 * n):
-        table[0, 0, i] = table[1, 0, i] = distance[i % n]
-    for k in range(1, levels):
+    n = len(distance)
+    table = np.empty((2, n.bit_length(), 2 * n))
+    table[:, 0] = np.tile(distance, 2)
+    for k in range(1, table.shape[1]):
         half = 1 << (k - 1)
-        for i in range(2 * n):
-            j = min(i + half, 2 * n - 1)
-            table[0, k, i] = min(table[0, k - 1, i], table[0, k - 1, j])
-            table[1, k, i] = max(table[1, k - 1, i], table[1, k - 1, j])
+        for extremum, values in ((np.minimum, table[0]), (np.maximum, table[1])):
+            extremum(values[k - 1, :-half], values[k - 1, half:], out=values[k, :-half])
+            extremum(values[k - 1, -half:], values[k - 1, -1], out=values[k, -half:])
     return table
 
 
@@ -282,9 +221,8 @@ def _find_extremes(table, first, last):
 
 
 @leaf
-def _is_known_free(first_hit, seen_free, large, square):
-    """Whether all cells of a square (i, j, side) are known to be free, as they were seen last."""
-    i, j, side = square
+def _is_known_free(first_hit, seen_free, large, i, j, side):
+    """Whether all cells of the square at (i, j) are known to be free, as they were seen last."""
     for a in range(i, min(i + side, len(first_hit))):
         for b in range(j, min(j + side, len(first_hit))):
             if not seen_free[a, b] or first_hit[a, b] >= 0.0 or large[a, b]:
@@ -293,7 +231,7 @@ def _is_known_free(first_hit, seen_free, large, square):
 
 
 @kernel
-def _note_free_cells(first_hit, seen_free, large, origin_and_sensor, beams, distance):
+def _note_free_cells(first_hit, seen_free, large, origin, sensor, view, is_full_circle, extremes):
     """Note in square grids which cells all beams near them pass: those are free now.
 
     Squares of cells whose beams all end before them, or all beyond, are not looked at cell by cell, nor what is free
@@ -301,37 +239,30 @@ def _note_free_cells(first_hit, seen_free, large, origin_and_sensor, beams, dist
 
     Args:
         first_hit, seen_free, large: changed in place.
-        origin_and_sensor: first cell of the grids, shape (2,), and x, y of the sensor, m.
-        beams: bearing of the first one in the grids' frame and the step, rad, and whether they are a full circle.
-        distance: up to which each sees, shape (n,), m.
+        origin: first cell of the grids, shape (2,).
+        sensor: its place in the grids' frame, shape (2,), m.
+        view: `FieldOfView` of the scan, of bearings in the grids' frame.
+        is_full_circle: whether it is all around.
+        extremes: as from `_make_extremes`, of the distance up to which each beam sees, m.
     """
-    (origin, x, y), (bearing_0, increment, is_full_circle), cells = origin_and_sensor, beams, len(first_hit)
-    n, table = len(distance), _make_extremes(distance)
-    half, turn_beams = 0.5 * math.sqrt(2.0) * CELL, 2.0 * math.pi / increment
-    squares, square_count = np.empty((cells * cells // SQUARE + 4 * SQUARE, 3), np.int64), 0
+    cells, square_count = len(first_hit), 0
+    squares = np.empty((cells * cells // SQUARE + 4 * SQUARE, 3), np.int64)  # a list would take half as long again
     for i in range(0, cells, SQUARE):
         for j in range(0, cells, SQUARE):
-            squares[square_count, 0], squares[square_count, 1], squares[square_count, 2] = i, j, SQUARE
+            put(squares, square_count, (i, j, SQUARE))
             square_count += 1
     while square_count > 0:
         square_count -= 1
-        i, j, side = squares[square_count, 0], squares[square_count, 1], squares[square_count, 2]
-        if _is_known_free(first_hit, seen_free, large, (i, j, side)):
+        i, j, side = squares[square_count]
+        if _is_known_free(first_hit, seen_free, large, i, j, side):
             continue
-        dx, dy = (i + origin[0] + 0.5 * side) * CELL - x, (j + origin[1] + 0.5 * side) * CELL - y
-        r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * half
-        turn_share = (math.atan2(dy, dx) - bearing_0) / (2.0 * math.pi)
-        middle_beam = (turn_share - math.floor(turn_share)) * turn_beams
-        # no beam that passes through the cell, nor the one beside it, may end before the cell does
-        half_width = math.asin(min(half / max(r - spread, half), 1.0)) / increment + 1.0
-        if side > 1:
-            half_width += math.asin(min(spread / max(r, spread), 1.0)) / increment + 1.0
-        first_beam, last_beam = int(math.floor(middle_beam - half_width)), int(math.ceil(middle_beam + half_width))
-        least_distance, greatest_distance = _find_extremes(table, first_beam, last_beam)
-        is_looked_at = (
-            is_full_circle or (first_beam >= 0 and last_beam < n) or (side == 1 and last_beam - first_beam >= n)
-        )
-        needed_distance = r + half + RANGE_SLACK
+        dx, dy = (i + origin[0] + 0.5 * side) * CELL - sensor[0], (j + origin[1] + 0.5 * side) * CELL - sensor[1]
+        r, spread = math.sqrt(dx * dx + dy * dy), (side - 1) * HALF_DIAGONAL
+        first_beam, last_beam = _find_beams_beside(dx, dy, r, spread, view)
+        least_distance, greatest_distance = _find_extremes(extremes, first_beam, last_beam)
+        is_looked_at = is_full_circle or (first_beam >= 0 and last_beam < view.beams)
+        is_looked_at = is_looked_at or (side == 1 and last_beam - first_beam >= view.beams)
+        needed_distance = r + HALF_DIAGONAL + RANGE_SLACK
         if is_looked_at and least_distance > (needed_distance if side == 1 else needed_distance + spread + 1e-9):
             for a in range(i, min(i + side, cells)):
                 for b in range(j, min(j + side, cells)):
@@ -340,5 +271,20 @@ def _note_free_cells(first_hit, seen_free, large, origin_and_sensor, beams, dist
             for k in range(4):
                 a, b = i + k // 2 * (side // 2), j + k % 2 * (side // 2)
                 if a < cells and b < cells:
-                    squares[square_count, 0], squares[square_count, 1], squares[square_count, 2] = a, b, side // 2
+                    put(squares, square_count, (a, b, side // 2))
                     square_count += 1
+
+
+@leaf
+def _find_beams_beside(dx, dy, r, spread, view):
+    """The first and the last of the beams of which none may end before a square does that all of them pass.
+
+    That are those through its cells and those beside. Its middle is at (dx, dy), at a distance r, and the middles of
+    its cells within `spread` from there, m. The numbers may lie in the turns beside.
+    """
+    turn_share = (math.atan2(dy, dx) - view.angle_min) / (2.0 * math.pi)
+    middle_beam = (turn_share - math.floor(turn_share)) * (2.0 * math.pi / view.angle_increment)
+    half_width = math.asin(min(HALF_DIAGONAL / max(r - spread, HALF_DIAGONAL), 1.0)) / view.angle_increment + 1.0
+    if spread > 0.0:
+        half_width += math.asin(min(spread / max(r, spread), 1.0)) / view.angle_increment + 1.0
+    return int(math.floor(middle_beam - half_width)), int(math.ceil(middle_beam + half_width))

@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.polyline import compute_third_side, square_segment_distance
-from drake_starnav.lidar.laser_scan import LOST, LaserScan
+from drake_starnav.lidar.laser_scan import LaserScan
 
 CONNECTED_WITHIN = 0.15
 CONNECTED_PER_RANGE = 0.05
@@ -33,23 +33,13 @@ def find_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -
     itself is no measure, as the rims of discs side by side bend as much as a noisy wall.
     """
     notch_depth = max(FLATNESS, NOISES * range_deviation)
-    return _find_large_surfaces(scan.beams, scan.ranges < scan.range_max, scan.bearings, width, notch_depth)
-
-
-@kernel
-def _find_large_surfaces(beams, hits, bearings, width, notch_depth):
-    """The loop of `find_large_surfaces`, of `Beams`, their bearings (n,), and which of them hit something."""
-    valid_beams = np.flatnonzero(beams.kinds & LOST == 0)
-    n = len(valid_beams)
-    on_large_surface, distance, cosine = np.zeros(len(hits), np.bool_), beams.distances[valid_beams], np.empty(n)
-    is_hit, end_points = hits[valid_beams] & (distance * beams.increment <= WIDEST_SPACING), np.empty((n, 2))
-    for k in range(n):
-        previous_bearing = bearings[valid_beams[k - 1]] - (2.0 * math.pi if k == 0 else 0.0)
-        cosine[k] = math.cos(bearings[valid_beams[k]] - previous_bearing)
-        end_points[k, 0] = distance[k] * beams.directions[valid_beams[k], 0]
-        end_points[k, 1] = distance[k] * beams.directions[valid_beams[k], 1]
-    continues_surface = find_continuing(distance, is_hit, cosine, beams.seam < np.inf)
-    for first_beam, beam_count in find_runs(is_hit, continues_surface):
+    valid_beams = np.flatnonzero(~scan.lost)
+    on_large_surface, distance, n = np.zeros(len(scan.ranges), bool), scan.distances[valid_beams], len(valid_beams)
+    is_hit = (scan.ranges[valid_beams] < scan.range_max) & (distance * scan.angle_increment <= WIDEST_SPACING)
+    end_points = distance[:, None] * scan.beams.directions[valid_beams]
+    bearings = scan.bearings[valid_beams]
+    continues_surface = _find_continuing(distance, is_hit, np.cos(bearings - np.roll(bearings, 1)), scan.full_circle)
+    for first_beam, beam_count in find_runs(is_hit, continues_surface).tolist():
         if beam_count == n and continues_surface[first_beam]:
             first_beam = int(np.argmax(distance))  # what is all around is cut at its farthest corner
         run_beams = (first_beam + np.arange(beam_count)) % n
@@ -57,32 +47,21 @@ def _find_large_surfaces(beams, hits, bearings, width, notch_depth):
     return on_large_surface
 
 
-@kernel
-def find_continuing(distance, is_hit, cosine, is_full_circle):
-    """Which beams hit the surface that the beam before has hit, shape (n,), bool.
+def find_continuing(scan: LaserScan, is_hit: np.ndarray) -> np.ndarray:
+    """Which beams of a scan hit the surface that the beam before has hit, shape (n,), of those that hit, (n,), bool."""
+    return _find_continuing(scan.distances, is_hit, math.cos(scan.angle_increment), scan.full_circle)
 
-    Args:
-        distance, hit: shape (n,), m and bool.
-        cosine: of the angle between each beam and the one before, shape (n,).
-        is_full_circle: whether the last beam is the one before the first.
-    """
-    n = len(distance)
-    continues_surface = np.zeros(n, np.bool_)
-    for k in range(0 if is_full_circle else 1, n):
-        a, b = distance[k - 1], distance[k]
-        if is_hit[k] and is_hit[k - 1]:
-            continues_surface[k] = compute_third_side(a, b, cosine[k]) <= max(
-                CONNECTED_WITHIN, CONNECTED_PER_RANGE * min(a, b)
-            )
+
+def _find_continuing(
+    distance: np.ndarray, is_hit: np.ndarray, cosine: np.ndarray | float, is_full_circle: bool
+) -> np.ndarray:
+    """The same of distances (n,), m, with the cosine of the angle between each beam and the one before."""
+    previous_distance = np.roll(distance, 1)
+    farthest = np.maximum(CONNECTED_WITHIN, CONNECTED_PER_RANGE * np.minimum(previous_distance, distance))
+    is_near = compute_third_side(previous_distance, distance, cosine) <= farthest
+    continues_surface = is_near & is_hit & np.roll(is_hit, 1)
+    continues_surface[:1] &= is_full_circle
     return continues_surface
-
-
-@kernel
-def find_continuing_beams(beams, is_hit):
-    """`find_continuing` for all `Beams` of a scan, of which `is_hit` (n,) hit something."""
-    return find_continuing(
-        beams.distances, is_hit, np.full(len(is_hit), math.cos(beams.increment)), beams.seam < np.inf
-    )
 
 
 @kernel
@@ -110,17 +89,17 @@ def find_runs(is_chosen, continues_surface):
     return found_runs[:run_count]
 
 
-@kernel
-def measure_chord(distance, increment, first_beam, beam_count):
-    """Distance between the first and the last hit of a run of beams, m."""
-    last_beam = (first_beam + beam_count - 1) % len(distance)
-    return compute_third_side(distance[first_beam], distance[last_beam], math.cos((beam_count - 1) * increment))
+def measure_chords(scan: LaserScan, runs: np.ndarray) -> np.ndarray:
+    """Distances between the first and the last hit of runs of beams (k, 2), shape (k,), m."""
+    first_beams, beam_counts = runs.T
+    last_beams = (first_beams + beam_counts - 1) % len(scan.ranges)
+    cosines = np.array([math.cos(steps * scan.angle_increment) for steps in (beam_counts - 1).tolist()])
+    return compute_third_side(scan.distances[first_beams], scan.distances[last_beams], cosines)
 
 
-@kernel
-def _find_wide_surface(points, width, notch):
+def _find_wide_surface(points: np.ndarray, width: float, notch_depth: float) -> np.ndarray:
     """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
-    is_wide, corners = np.zeros(len(points), np.bool_), _corners(points, notch)
+    is_wide, corners = np.zeros(len(points), bool), find_corners(points, notch_depth)
     begin = 0  # index of the corner that the present surface begins at
     for i in range(1, len(corners)):
         if i < len(corners) - 1:
@@ -129,14 +108,15 @@ def _find_wide_surface(points, width, notch):
             if into[0] * onward[1] - into[1] * onward[0] <= 0.0:
                 continue
         # a hit at a notch may be the neighbour's, across a step
-        if _wider(points[corners[begin] + (begin > 0) : corners[i] + (i == len(corners) - 1)], width):
+        surface = points[corners[begin] + (begin > 0) : corners[i] + (i == len(corners) - 1)]
+        if is_wider(surface, width):
             is_wide[corners[begin] : corners[i] + 1] = True
         begin = i
     return is_wide
 
 
 @kernel
-def _corners(points, tolerance):
+def find_corners(points, tolerance):
     """Indices of the corners that the algorithm of Douglas and Peucker leaves of a polyline (k, 2)."""
     is_corner, waiting, depth = np.zeros(len(points), np.bool_), np.empty((len(points), 2), np.int64), 1
     is_corner[0] = is_corner[-1] = True
@@ -161,7 +141,7 @@ def _corners(points, tolerance):
 
 
 @kernel
-def _wider(points, width):
+def is_wider(points, width):
     """Whether two of some points (k, 2) are farther apart than `width`, m."""
     for i in range(len(points)):
         for j in range(i):

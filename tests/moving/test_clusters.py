@@ -29,7 +29,7 @@ def moving_clusters(scan: LaserScan, motion: np.ndarray) -> list[np.ndarray]:
 
 def parts(scan: LaserScan, doubtful: np.ndarray, may_start: np.ndarray, largest: float) -> list[np.ndarray]:
     """The beams of each cluster."""
-    found = find_clusters(scan.beams, doubtful, may_start, largest).tolist()
+    found = find_clusters(scan, doubtful, may_start, largest).tolist()
     return [(first + np.arange(count)) % len(doubtful) for first, count in found]
 
 

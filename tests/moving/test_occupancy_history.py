@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_starnav.lidar.field_of_view import FieldOfView
 from drake_starnav.lidar.laser_scan import DYNAMIC, STATIC, UNKNOWN
 from drake_starnav.moving.occupancy_history import (
     CELL,
@@ -15,6 +16,7 @@ from drake_starnav.moving.occupancy_history import (
     RANGE_SLACK,
     STANDING_AFTER,
     OccupancyHistory,
+    _make_extremes,
     _note_free_cells,
 )
 from drake_starnav.moving.parameters import DynamicObstacleParameters
@@ -170,7 +172,8 @@ def test_a_cell_is_free_if_all_beams_beside_it_end_beyond(seed: int, full: bool,
     origin = np.floor(place / CELL).astype(int) - rng.integers(30, 70, 2)
     free = rng.random((cells, cells)) < 0.3
     known, grids = free.copy(), (np.where(free, NEVER, 0.0), free, np.zeros_like(free))
-    _note_free_cells(*grids, (origin, *place), (begin, step, full), distance)
+    view = FieldOfView(begin, step, beams)
+    _note_free_cells(*grids, origin, place, view, full, _make_extremes(distance))
     for i, j in rng.integers(0, cells, (200, 2)):
         dx, dy = (origin + (i, j) + 0.5) * CELL - place
         r = math.hypot(dx, dy)
