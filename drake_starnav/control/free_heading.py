@@ -31,7 +31,7 @@ def _is_way_open(bearing, hits_near, distance, way_length):
 
 
 @kernel
-def find_free_heading(x, y, ux, uy, hits, sizes):
+def find_free_heading(x, y, ux, uy, hits, radius, distance):
     """The unit vector (ux, uy) if it is free, else the nearest free one within FREE_HEADING_RANGE, or itself.
 
     Ranges are noisy, and the nearest of many hits has the largest error. Once a hit lies within the certificate's
@@ -42,9 +42,10 @@ def find_free_heading(x, y, ux, uy, hits, sizes):
         x, y: of the robot, W, m.
         ux, uy: unit vector.
         hits: shape (n, 2), as used by the certificate, W, m.
-        sizes: the robot's radius, and the distance that the certificate keeps from hits, m.
+        radius: of the robot, m.
+        distance: that the certificate keeps from hits, m.
     """
-    way_length, distance = OPEN_WAY * sizes[0], sizes[1]
+    way_length = OPEN_WAY * radius
     hits_near, near_count = np.empty((len(hits), 3)), 0
     for k in range(len(hits)):
         dx, dy = hits[k, 0] - x, hits[k, 1] - y

@@ -27,14 +27,20 @@ MODULATION_DISTANCE = 1.0
 
 def follow_guidance(inputs: ControllerInputs, robot: RobotParameters) -> Proposal:
     """The twist with which a robot of some size and limits follows the guiding vector."""
-    pose, _, guidance, surroundings = inputs
-    star = surroundings.certified_star
-    limits = robot.limits
+    guidance, star, proposal = inputs.guidance, inputs.surroundings.certified_star, np.zeros(5)
     if len(guidance.poses):
-        return Proposal(*follow_manoeuvre(pose, guidance.poses, robot))
-    way_ahead, proposal = (guidance.path, guidance.arrives, tuple(guidance.regions)), np.zeros(5)
+        return Proposal(*follow_manoeuvre(inputs.pose, guidance.poses, robot))
+    # plain tuples are handed over faster than named ones
     _follow_guidance(
-        pose, way_ahead, (star.boundary.points, star.radius), robot.shape.cover_radius, tuple(limits), proposal
+        inputs.pose,
+        guidance.path,
+        guidance.arrives,
+        tuple(guidance.regions),
+        star.boundary.points,
+        star.radius,
+        robot.shape.cover_radius,
+        tuple(robot.limits),
+        proposal,
     )
     return Proposal(convert_to_twist(proposal[2:], robot.drive), proposal[:2])
 
@@ -46,18 +52,20 @@ def compute_goal_slowdown(limits):
 
 
 @kernel
-def _follow_guidance(pose, guidance, certificate, radius, limits, proposal):
-    """Write guiding vector (2,) and `Velocity` into `proposal` (5,), where the robot shall not stand."""
+def _follow_guidance(pose, path, arrives, regions, hits, hit_distance, radius, limits, proposal):
+    """Write guiding vector (2,) and `Velocity` into `proposal` (5,), where the robot shall not stand.
+
+    The certificate keeps a distance (m) from the hits (n, 2), W, m.
+    """
     x, y, yaw = pose
-    path, arrives, regions = guidance
-    regions, limits = RegionUnion(*regions), Limits(*limits)  # plain tuples are handed over faster than named ones
+    regions, limits = RegionUnion(*regions), Limits(*limits)
     point_count = len(path)
     if point_count == 0 or (arrives and math.hypot(path[-1, 0] - x, path[-1, 1] - y) <= GOAL_REACHED * radius):
         return
     ux, uy, distance = guiding_vector(x, y, path, regions, radius)
     if ux == 0.0 and uy == 0.0:
         return
-    ux, uy = find_free_heading(x, y, ux, uy, certificate[0], (radius, certificate[1]))
+    ux, uy = find_free_heading(x, y, ux, uy, hits, radius, hit_distance)
     velocity = find_velocity_towards(wrap_angle(math.atan2(uy, ux) - yaw), limits.max_speed, limits)
     speed_limit = (
         compute_goal_slowdown(limits) * distance + limits.max_speed / CREEP if arrives and point_count == 1 else np.inf

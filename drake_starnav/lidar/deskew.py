@@ -35,8 +35,8 @@ def deskew_scan(
     """
     x, y, turn = find_pose_in_frame(pose, earlier)
     step = np.array((x, y, turn)) * (abs(scan.time_increment) / (scan.time - time))
-    field, limits = scan.field_of_view, (scan.range_min, scan.range_max)
-    ranges, source = _rebin_ranges(scan.ranges, step, scan.time_increment < 0.0, field, field.seam, limits)
+    field, is_clockwise = scan.field_of_view, scan.time_increment < 0.0
+    ranges, source = _rebin_ranges(scan.ranges, step, is_clockwise, field, field.seam, scan.range_min, scan.range_max)
     if own < math.inf:
         _lose_unswept(ranges, scan, step, max(own, scan.thinnest))
     motion = None if scan.motion is None else np.where(source >= 0, scan.motion[source], UNKNOWN)
@@ -60,14 +60,13 @@ def _lose_unswept(ranges: np.ndarray, scan: LaserScan, step: np.ndarray, own: fl
 
 
 @kernel
-def _rebin_ranges(ranges, step, clockwise, field, seam, limits):
+def _rebin_ranges(ranges, step, clockwise, field, seam, range_min, range_max):
     """The ranges (n,), m, as seen from the end of the sweep, and the index of the beam each came from, or -1.
 
     `step` is (x, y, yaw) of the sensor one beam earlier, as seen from where it is, m and rad; `clockwise` whether the
-    last beam was measured first; field and seam are as of `FieldOfView`, limits range_min and range_max, m.
+    last beam was measured first; field and seam are as of `FieldOfView`.
     """
-    angle_min, increment, n = field
-    range_min, range_max = limits
+    angle_min, increment, n = field.angle_min, field.angle_increment, field.beams
     out, source = np.full(n, np.nan), np.full(n, -1)
     for i in range(n):
         if math.isnan(ranges[i]):

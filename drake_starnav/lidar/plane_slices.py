@@ -52,6 +52,16 @@ class _Conic(NamedTuple):
     c: float
 
 
+class _Axis(NamedTuple):
+    """A quadric's axis in a plane: the projections of its centre, m, and of its direction, and the latter's length."""
+
+    x: float
+    y: float
+    u0: float
+    u1: float
+    slope: float
+
+
 class Slab(NamedTuple):
     """Solids with only those of their faces that planes near one may cut.
 
@@ -101,7 +111,7 @@ def slice_solids(solids: Solids, plane: np.ndarray, near: tuple[float, float, fl
         near: x, y and radius of a circle in the plane, m; shapes outside it are left out.
     """
     return _slice_faces_and_quadrics(
-        plane, near, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices
+        plane, *near, solids.quadrics, solids.vertices, solids.face_starts, solids.face_vertices
     )
 
 
@@ -169,7 +179,7 @@ def _along(point, axis, origin=(0.0, 0.0, 0.0)):
 
 
 @kernel
-def _slice_faces_and_quadrics(plane, near, quadrics, vertices, face_starts, face_vertices):
+def _slice_faces_and_quadrics(plane, x, y, radius, quadrics, vertices, face_starts, face_vertices):
     """The rows (k, 14) of the slice of `Solids` by a plane (3, 3), of those that may lie within a circle."""
     a, b, normal = plane[0], plane[1], np.empty(3)
     normal[0], normal[1] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
@@ -204,7 +214,7 @@ def _slice_faces_and_quadrics(plane, near, quadrics, vertices, face_starts, face
             found_count += 1
         if found_count == 2 and (x1 != x2 or y1 != y2):
             count = _put_segment(x1, y1, x2, y2, rows, count)
-    (x, y, radius), kept_count = near, 0
+    kept_count = 0
     for k in range(count):
         if math.hypot(rows[k, 0] - x, rows[k, 1] - y) <= radius + rows[k, 2]:
             for column in range(COLUMNS if kept_count < k else 0):
@@ -232,19 +242,41 @@ def _multiply(q, v):
     )
 
 
+@leaf
+def _cut_quadric(q, plane, normal, height):
+    """The conic of a quadric whose centre is so high above the plane, d from the centre's projection, m."""
+    e1, e2 = plane[0], plane[1]
+    M1, M2 = _multiply(q, e1), _multiply(q, e2)  # of p - c = d - height normal
+    c = height * height * _along(_multiply(q, normal), normal) - 1.0
+    a00, a01, a11 = _along(M1, e1), _along(M1, e2), _along(M2, e2)
+    return _Conic(a00, a01, a11, -height * _along(M1, normal), -height * _along(M2, normal), c)
+
+
+@leaf
+def _enclose_conic(conic):
+    """Centre and radius of the circle around a conic, infinite if it is no ellipse, and whether the conic is a circle.
+
+    Between the last two, minus the least value of the quadratic form; not positive if the conic is empty.
+    """
+    trace, determinant = conic.a00 + conic.a11, conic.a00 * conic.a11 - conic.a01 * conic.a01
+    if not determinant > 1e-12 * trace * trace:
+        return 0.0, 0.0, np.inf, np.inf, False
+    cx = (conic.a01 * conic.b1 - conic.a11 * conic.b0) / determinant
+    cy = (conic.a01 * conic.b0 - conic.a00 * conic.b1) / determinant
+    size, spread = -(conic.c + conic.b0 * cx + conic.b1 * cy), math.hypot((conic.a00 - conic.a11) / 2.0, conic.a01)
+    radius = math.sqrt(max(size * (trace / 2.0 + spread) / determinant, 0.0))
+    return cx, cy, radius, size, spread <= 1e-12 * trace
+
+
 @kernel
 def _slice_quadric(q, plane, normal, rows, count):
     """Write the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
-    e1, e2, center, axis = plane[0], plane[1], q[0:3], q[9:12]
-    height = _along(center, normal, plane[2])
-    x0, y0 = _along(center, e1, plane[2]), _along(center, e2, plane[2])
-    # d is measured from the centre's projection, w = -height normal away from the centre.
-    M1, M2 = _multiply(q, e1), _multiply(q, e2)
-    a00, a01, a11 = _along(M1, e1), _along(M1, e2), _along(M2, e2)
-    b0, b1 = -height * _along(M1, normal), -height * _along(M2, normal)
-    conic = _Conic(a00, a01, a11, b0, b1, height * height * _along(_multiply(q, normal), normal) - 1.0)
-    m0, m1 = _along(axis, e1), _along(axis, e2)
-    lean = _along(axis, normal)
+    center, axis = q[0:3], q[9:12]
+    height, lean = _along(center, normal, plane[2]), _along(axis, normal)
+    conic = _cut_quadric(q, plane, normal, height)
+    cx, cy, radius, size, is_circle = _enclose_conic(conic)
+    x0, y0 = _along(center, plane[0], plane[2]), _along(center, plane[1], plane[2])
+    m0, m1 = _along(axis, plane[0]), _along(axis, plane[1])
     low, high = q[12] + height * lean, q[13] + height * lean
     slope = math.hypot(m0, m1)
     if slope < 1e-12:
@@ -252,32 +284,22 @@ def _slice_quadric(q, plane, normal, rows, count):
             return count
         m0 = m1 = slope = 0.0
         low, high = -np.inf, np.inf
-
-    # The circle around the whole conic, if it is an ellipse.
-    cx = cy = size = 0.0
-    radius = np.inf
-    trace, determinant = a00 + a11, a00 * a11 - a01 * a01
-    if determinant > 1e-12 * trace * trace:
-        cx, cy = (a01 * b1 - a11 * b0) / determinant, (a01 * b0 - a00 * b1) / determinant
-        size = -(conic.c + b0 * cx + b1 * cy)
-        if size <= 0.0:
-            return count
-        spread = math.hypot((a00 - a11) / 2.0, a01)
-        radius = math.sqrt(size * (trace / 2.0 + spread) / determinant)
-        middle = m0 * cx + m1 * cy
-        if low <= middle - slope * radius and high >= middle + slope * radius:
-            row = rows[count]
-            row[0], row[1], row[2], row[3] = x0 + cx, y0 + cy, radius, CIRCLE
-            if spread > 1e-12 * trace:
-                row[3], row[12], row[13] = CONIC, -1.0, 1.0
-                _put_conic(row, conic, cx, cy)
-            return count + 1
+    if size <= 0.0:
+        return count
+    middle = m0 * cx + m1 * cy
+    if radius < np.inf and low <= middle - slope * radius and high >= middle + slope * radius:  # all of the ellipse
+        row = rows[count]
+        row[0], row[1], row[2], row[3] = x0 + cx, y0 + cy, radius, CIRCLE
+        if not is_circle:
+            row[3], row[12], row[13] = CONIC, -1.0, 1.0
+            _put_conic(row, conic, cx, cy)
+        return count + 1
 
     # Clipped: a box along the axis and across it. Clipped quadrics are round about their axis, so A is diagonal there.
     u0, u1 = m0 / slope, m1 / slope
-    across = a00 * u1 * u1 - 2.0 * a01 * u0 * u1 + a11 * u0 * u0
+    across = conic.a00 * u1 * u1 - 2.0 * conic.a01 * u0 * u1 + conic.a11 * u0 * u0
     begin, end = low / slope, high / slope
-    side = (b0 * u1 - b1 * u0) / across
+    side = (conic.b0 * u1 - conic.b1 * u0) / across
     half = 1.0 / math.sqrt(across)  # a horizontal cylinder, whose slice is at most as wide as itself
     if radius < np.inf:
         begin, end = max(begin, u0 * cx + u1 * cy - radius), min(end, u0 * cx + u1 * cy + radius)
@@ -291,22 +313,23 @@ def _slice_quadric(q, plane, normal, rows, count):
         _put_conic(row, conic, px, py)
         row[10], row[11], row[12], row[13] = m0, m1, low - m0 * px - m1 * py, high - m0 * px - m1 * py
         count += 1
-    return _slice_caps(q, height, lean, (x0, y0, u0, u1, slope), rows, count) if q[14] > 0.0 else count
+    if q[14] > 0.0:
+        count = _slice_caps(q, height, lean, _Axis(x0, y0, u0, u1, slope), rows, count)
+    return count
 
 
 @kernel
-def _slice_caps(q, height, lean, place, rows, count):
+def _slice_caps(q, height, lean, axis, rows, count):
     """Write the chords of the flat end faces of a quadric whose centre is so high above the plane, m, and whose axis
-    leans on its normal; `place`: x and y of the centre, the axis's direction there, and its component along that."""
-    x0, y0, u0, u1, slope = place
-    cap = q[14]
+    leans on its normal."""
+    cap, u0, u1 = q[14], axis.u0, axis.u1
     for bound in (q[12], q[13]):
         rise = height + bound * lean  # of the disc's centre above the plane
-        chord_distance = rise / slope  # from the disc's centre to the chord, within the disc
+        chord_distance = rise / axis.slope  # from the disc's centre to the chord, within the disc
         if abs(chord_distance) < cap:
             half = math.sqrt(cap * cap - chord_distance * chord_distance)
-            chord_along = bound * slope + chord_distance * lean
-            px, py = x0 + chord_along * u0, y0 + chord_along * u1
+            chord_along = bound * axis.slope + chord_distance * lean
+            px, py = axis.x + chord_along * u0, axis.y + chord_along * u1
             count = _put_segment(px - half * u1, py + half * u0, px + half * u1, py - half * u0, rows, count)
     return count
 
@@ -314,8 +337,7 @@ def _slice_caps(q, height, lean, place, rows, count):
 @leaf
 def _put_conic(row, conic, px, py):
     """Write the conic's coefficients for d measured from (px, py)."""
-    a00, a01, a11, b0, b1, c = conic
-    g0, g1 = a00 * px + a01 * py, a01 * px + a11 * py
-    row[4], row[5], row[6] = a00, a01, a11
-    row[7], row[8] = b0 + g0, b1 + g1
-    row[9] = c + (2.0 * b0 + g0) * px + (2.0 * b1 + g1) * py
+    g0, g1 = conic.a00 * px + conic.a01 * py, conic.a01 * px + conic.a11 * py
+    row[4], row[5], row[6] = conic.a00, conic.a01, conic.a11
+    row[7], row[8] = conic.b0 + g0, conic.b1 + g1
+    row[9] = conic.c + (2.0 * conic.b0 + g0) * px + (2.0 * conic.b1 + g1) * py

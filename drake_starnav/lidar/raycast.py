@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel, leaf
+from drake_starnav.geometry.compiled import kernel, leaf, put
 
 COLUMNS = 14
 CIRCLE, SEGMENT, CONIC = 0.0, 1.0, 2.0
@@ -51,6 +51,15 @@ class Fan(NamedTuple):
         """Beams at equal steps of `increment` from `angle_min` on, rad."""
         angles = angle_min + increment * np.arange(beams)
         return Fan(float(angle_min), increment, np.column_stack((np.cos(angles), np.sin(angles))), clockwise)
+
+
+class Place(NamedTuple):
+    """Where the sensor is in the frame of some shapes: x, y, m, and cosine and sine of its yaw."""
+
+    x: float
+    y: float
+    cosine: float
+    sine: float
 
 
 class Shapes(NamedTuple):
@@ -104,7 +113,7 @@ def cast_groups(groups, poses, fan, ranges, reach):
     """
     groups, fan = Shapes(*groups), Fan(*fan)
     for g in range(len(groups.starts) - 1):
-        place = poses[g, 0], poses[g, 1], math.cos(poses[g, 2]), math.sin(poses[g, 2])
+        place = Place(poses[g, 0], poses[g, 1], math.cos(poses[g, 2]), math.sin(poses[g, 2]))
         cast_rows(groups.rows[groups.starts[g] : groups.starts[g + 1]], place, fan, ranges, reach)
 
 
@@ -119,71 +128,73 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
         fan, ranges, reach: as in `cast_groups`.
     """
     groups, fan = Shapes(*groups), Fan(*fan)
-    beams, circle, directions = len(ranges), 2.0 * math.pi, fan.directions
-    places = np.empty((beams, 4))  # of the sensor at each beam, as `place` of `cast_rows`
     for g in range(len(groups.starts) - 1):
         rows = groups.rows[groups.starts[g] : groups.starts[g + 1]]
-        turn = (end[g, 2] - begin[g, 2] + math.pi) % circle - math.pi
-        step = max(fan.increment + (-turn if fan.clockwise else turn) / beams, _PAD)  # of the beams' bearings
-        first = fan.angle_min + end[g, 2] - (0.0 if fan.clockwise else turn * (1.0 - 1.0 / beams))
-        ax, ay, bx, by = begin[g, 0], begin[g, 1], end[g, 0], end[g, 1]
-        for i in range(beams):
-            share_left = i / beams if fan.clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
-            yaw = end[g, 2] - share_left * turn
-            places[i, 0], places[i, 1] = bx + share_left * (ax - bx), by + share_left * (ay - by)
-            places[i, 2], places[i, 3] = math.cos(yaw), math.sin(yaw)
-        for k in range(len(rows)):
-            dx, dy = rows[k, 0] - 0.5 * (ax + bx), rows[k, 1] - 0.5 * (ay + by)
-            sight_distance, radius = math.hypot(dx, dy), rows[k, 2] + 0.5 * math.hypot(bx - ax, by - ay) + _PAD
-            if sight_distance > reach + radius:
-                continue
-            offset, width = 0.0, circle
-            if sight_distance > radius and step > _PAD:
-                half = math.asin(radius / sight_distance)
-                offset, width = (math.atan2(dy, dx) - half - first) % circle, 2.0 * half
-            for start in (offset - circle, offset, offset + circle):  # beams beyond `width` miss it from everywhere
-                i0 = max(0, int(math.ceil((start - _PAD) / step)))
-                for i in range(i0, min(beams, int(math.floor((start + width + _PAD) / step)) + 1)):
-                    place = places[i, 0], places[i, 1], places[i, 2], places[i, 3]
-                    _cast_beam(rows[k], place, directions, i, ranges)
+        _cast_rolling_rows(rows, begin[g], end[g], fan, ranges, reach)
+
+
+@kernel
+def _cast_rolling_rows(rows, begin, end, fan, ranges, reach):
+    """The same for one group of shapes."""
+    beams, circle = len(ranges), 2.0 * math.pi
+    turn = (end[2] - begin[2] + math.pi) % circle - math.pi
+    step = max(fan.increment + (-turn if fan.clockwise else turn) / beams, _PAD)  # of the beams' bearings
+    first = fan.angle_min + end[2] - (0.0 if fan.clockwise else turn * (1.0 - 1.0 / beams))
+    places = _place_beams(begin, end, turn, beams, fan.clockwise)
+    for k in range(len(rows)):
+        dx, dy = rows[k, 0] - 0.5 * (begin[0] + end[0]), rows[k, 1] - 0.5 * (begin[1] + end[1])
+        sight_distance = math.hypot(dx, dy)
+        radius = rows[k, 2] + 0.5 * math.hypot(end[0] - begin[0], end[1] - begin[1]) + _PAD
+        if sight_distance > reach + radius:
+            continue
+        offset, width = 0.0, circle
+        if sight_distance > radius and step > _PAD:
+            half = math.asin(radius / sight_distance)
+            offset, width = (math.atan2(dy, dx) - half - first) % circle, 2.0 * half
+        for start in (offset - circle, offset, offset + circle):  # beams beyond `width` miss it from everywhere
+            i0 = max(0, int(math.ceil((start - _PAD) / step)))
+            for i in range(i0, min(beams, int(math.floor((start + width + _PAD) / step)) + 1)):
+                place = Place(places[i, 0], places[i, 1], places[i, 2], places[i, 3])
+                if rows[k, 3] != SEGMENT or _meets_segment(rows[k], place, fan.directions[i]):
+                    _cast_shape(rows[k], place, fan.directions, i, i, ranges)
+
+
+@kernel
+def _place_beams(begin, end, turn, beams, clockwise):
+    """The `Place` of the sensor at each beam of a sweep between two poses that turns it by `turn`, shape (beams, 4)."""
+    places = np.empty((beams, 4))
+    for i in range(beams):
+        share_left = i / beams if clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
+        yaw = end[2] - share_left * turn
+        x, y = end[0] + share_left * (begin[0] - end[0]), end[1] + share_left * (begin[1] - end[1])
+        put(places, i, (x, y, math.cos(yaw), math.sin(yaw)))
+    return places
 
 
 @leaf
-def _cast_beam(row, place, directions, i, ranges):
-    """Shorten the range of beam i to a shape; arguments as of `cast_rows`."""
-    x, y, cy, sy = place
-    if row[3] == CONIC:
-        _cast_conic(row, place, directions, i, i, ranges)
-    elif row[3] == CIRCLE:
-        gx, gy = row[0] - x, row[1] - y
-        _cast_circle(cy * gx + sy * gy, cy * gy - sy * gx, row[2], directions, i, i, ranges)
-    else:
-        ax, ay, ex, ey = _transform_segment(row, place)
-        ux, uy = directions[i, 0], directions[i, 1]
-        one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
-        slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
-        if min(one, other) <= slack and max(one, other) >= -slack:
-            _cast_segment(ax, ay, ex, ey, directions, i, i, ranges)
+def _meets_segment(row, place, direction):
+    """Whether the line of a beam of this direction in S passes between the ends of a segment."""
+    (ax, ay, ex, ey), ux, uy = _transform_segment(row, place), direction[0], direction[1]
+    one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
+    slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
+    return min(one, other) <= slack and max(one, other) >= -slack
 
 
 @kernel
 def cast_rows(rows, place, fan, ranges, reach):
     """Shorten `ranges` to the first crossing with rows of shapes.
 
-    Each shape is transformed into the sensor frame S once, so that beams need no rotation. `place` is x, y, m, and
-    cosine and sine of the yaw of the sensor; the others are as in `cast_groups`.
+    Each shape is transformed into the sensor frame S once, so that beams need no rotation. `place` is the sensor's
+    `Place`; the others are as in `cast_groups`.
     """
-    x, y, cy, sy = place
-    angle_min, increment, directions = fan.angle_min, fan.increment, fan.directions
-    turn = 2.0 * math.pi
+    increment, turn = fan.increment, 2.0 * math.pi
     for k in range(len(rows)):
         row = rows[k]
-        gx, gy, radius = row[0] - x, row[1] - y, row[2]
+        gx, gy, radius = row[0] - place.x, row[1] - place.y, row[2]
         squared = gx * gx + gy * gy
         limit = reach + radius
         if squared > limit * limit:
             continue
-        dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
         if row[3] == SEGMENT:
             ax, ay, ex, ey = _transform_segment(row, place)
             angle = math.atan2(ay, ax)
@@ -192,45 +203,57 @@ def cast_rows(rows, place, fan, ranges, reach):
                 angle += width
                 width = -width
         elif squared <= radius * radius:
-            angle, width = angle_min, turn
+            angle, width = fan.angle_min, turn
         else:
             half = math.asin(radius / math.sqrt(squared))
+            dx, dy = _rotate(gx, gy, place)
             angle, width = math.atan2(dy, dx) - half, 2.0 * half
-        offset = (angle - angle_min) % turn
+        offset = (angle - fan.angle_min) % turn
         for start in (offset - turn, offset):  # an interval may cover both ends of the fan
             i0 = max(0, int(math.ceil((start - _PAD) / increment)))
             i1 = min(len(ranges) - 1, int(math.floor((start + width + _PAD) / increment)))
-            if i0 > i1:
-                continue
-            if row[3] == CIRCLE:
-                _cast_circle(dx, dy, radius, directions, i0, i1, ranges)
-            elif row[3] == SEGMENT:
-                _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges)
-            else:
-                _cast_conic(row, place, directions, i0, i1, ranges)
+            if i0 <= i1:
+                _cast_shape(row, place, fan.directions, i0, i1, ranges)
+
+
+@leaf
+def _cast_shape(row, place, directions, i0, i1, ranges):
+    """Shorten ranges of the beams i0 to i1 to a shape; other arguments as of `cast_rows`."""
+    if row[3] == CIRCLE:
+        dx, dy = _rotate(row[0] - place.x, row[1] - place.y, place)
+        _cast_circle(dx, dy, row[2], directions, i0, i1, ranges)
+    elif row[3] == SEGMENT:
+        ax, ay, ex, ey = _transform_segment(row, place)
+        _cast_segment(ax, ay, ex, ey, directions, i0, i1, ranges)
+    else:
+        _cast_conic(row, place, directions, i0, i1, ranges)
+
+
+@leaf
+def _rotate(x, y, place):
+    """A vector in S."""
+    return place.cosine * x + place.sine * y, place.cosine * y - place.sine * x
 
 
 @leaf
 def _transform_segment(row, place):
     """The first end of a segment, and the way from there to the other, in S, m."""
-    x, y, cy, sy = place
-    ax, ay, ex, ey = row[4] - x, row[5] - y, row[6] - row[4], row[7] - row[5]
-    return cy * ax + sy * ay, cy * ay - sy * ax, cy * ex + sy * ey, cy * ey - sy * ex
+    ax, ay = _rotate(row[4] - place.x, row[5] - place.y, place)
+    ex, ey = _rotate(row[6] - row[4], row[7] - row[5], place)
+    return ax, ay, ex, ey
 
 
 @leaf
 def _cast_conic(row, place, directions, i0, i1, ranges):
-    """Shorten ranges of the beams i0 to i1 to a clipped conic; arguments as of `cast_rows`."""
+    """The same with a clipped conic."""
     # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
-    x, y, cy, sy = place
-    gx, gy = row[0] - x, row[1] - y
-    dx, dy = cy * gx + sy * gy, cy * gy - sy * gx
+    cy, sy = place.cosine, place.sine
+    dx, dy = _rotate(row[0] - place.x, row[1] - place.y, place)
     a00, a01, a11 = row[4], row[5], row[6]
     p00 = cy * cy * a00 + 2.0 * cy * sy * a01 + sy * sy * a11
     p11 = sy * sy * a00 - 2.0 * cy * sy * a01 + cy * cy * a11
     p01 = cy * sy * (a11 - a00) + (cy * cy - sy * sy) * a01
-    b0, b1 = cy * row[7] + sy * row[8], cy * row[8] - sy * row[7]
-    m0, m1 = cy * row[10] + sy * row[11], cy * row[11] - sy * row[10]
+    (b0, b1), (m0, m1) = _rotate(row[7], row[8], place), _rotate(row[10], row[11], place)
     low, high = row[12] - _PAD, row[13] + _PAD
     g0, g1 = b0 - p00 * dx - p01 * dy, b1 - p01 * dx - p11 * dy
     c = row[9] - (g0 + b0) * dx - (g1 + b1) * dy

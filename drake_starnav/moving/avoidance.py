@@ -25,6 +25,7 @@ bend their course than turn back.
 
 import functools
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -127,16 +128,16 @@ class Movers(NamedTuple):
     @staticmethod
     def near(tracked_obstacles: TrackedObstacles, position: np.ndarray, robot: RobotParameters) -> "Movers":
         """Return those that are tracked, and what might start within reach of a robot at a place (2,)."""
-        tracks, age, parameters = tracked_obstacles
+        tracks, parameters = tracked_obstacles.tracks, tracked_obstacles.parameters
         is_predicted, velocity = tracks.is_predicted, tracks.expected_velocity[tracks.is_predicted]
         farthest, spacing = HORIZON * robot.max_speed, STANDING_SPACING * robot.radius
         return Movers(
-            position=tracks.position[is_predicted] + age * velocity,
+            position=tracks.position[is_predicted] + tracked_obstacles.age * velocity,
             velocity=velocity,
             radius=tracks.radius[is_predicted],
             trajectory=tracks.predicted_trajectories[is_predicted],
             may_start=thin_places(tracks.possible_starters[:, :2], position, farthest, spacing),
-            age=float(age),  # a whole number would have all compiled again
+            age=float(tracked_obstacles.age),  # a whole number would have all compiled again
             spacing=float(MOVING_MARGIN * robot.shape.cover_radius + parameters.stopping_distance),
             caution=float(parameters.caution),
             max_speed=float(parameters.max_speed),
@@ -219,18 +220,28 @@ def avoid_collision(
     velocities, rollouts = begin_manoeuvres(manoeuvres, start, scene)
     twists = convert_to_twist(velocities, actuation.base)
 
-    @functools.cache  # several manoeuvres begin alike
-    def is_accepted(*first: float) -> bool:
-        return all_accept(roll_out(pose, twist, np.array(first), actuation), certificates)
+    def is_accepted(first: np.ndarray) -> bool:
+        return all_accept(roll_out(pose, twist, first, actuation), certificates)
 
-    refused_indices = [0]
-    while refused_indices:  # only those that the search would continue, or that may be its result, are asked
-        results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
-        candidates = [*select_best_rollouts(rollouts, scene), *results]
-        refused_indices = [k for k in candidates if not is_accepted(*twists[k].tolist())]
-        rollouts["is_over"][refused_indices], rollouts["cost"][refused_indices] = True, np.inf
+    refuse_rollouts(rollouts, twists, scene, is_accepted)
     best_manoeuvre = search_rollouts(manoeuvres, rollouts, scene)
     return twists[best_manoeuvre] if best_manoeuvre >= 0 else None
+
+
+def refuse_rollouts(
+    rollouts: np.ndarray, twists: np.ndarray, scene: Scene, is_accepted: Callable[[np.ndarray], bool]
+) -> None:
+    """End rollouts (n,) that begin with twists (n, k) which are not accepted, and have them cost infinitely much.
+
+    Only those that the search would continue, or that may be its result, are asked about.
+    """
+    accepts = functools.cache(lambda *twist: is_accepted(np.array(twist)))  # several manoeuvres begin alike
+    refused_indices = [0]
+    while refused_indices:
+        results = np.flatnonzero(rollouts["is_over"] & (rollouts["cost"] < np.inf))
+        candidates = [*select_best_rollouts(rollouts, scene), *results]
+        refused_indices = [k for k in candidates if not accepts(*twists[k].tolist())]
+        rollouts["is_over"][refused_indices], rollouts["cost"][refused_indices] = True, np.inf
 
 
 def is_path_comfortable(start: np.ndarray, follow_path: np.ndarray, scene: Scene) -> bool:

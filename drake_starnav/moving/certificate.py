@@ -73,15 +73,15 @@ class MovingCertificate(NamedTuple):
     @staticmethod
     def near(tracked_obstacles: TrackedObstacles, position: np.ndarray, actuation: Actuation) -> "MovingCertificate":
         """Return the certificate for the discs that may reach a robot at a place (2,), W, m, before it has stopped."""
-        (tracks, age, obstacles), (limits, footprint) = tracked_obstacles, (actuation.limits, actuation.footprint)
+        limits, footprint, obstacles = actuation.limits, actuation.footprint, tracked_obstacles.parameters
         braking = limits.max_speed / limits.max_deceleration
         if not (footprint.is_disc or limits.steers):
             braking = max(braking, limits.max_yaw_rate / limits.max_yaw_acceleration)
-        longest = age + actuation.delay + actuation.hold + braking
+        longest = tracked_obstacles.age + actuation.delay + actuation.hold + braking
         margin, escape = MOVING_MARGIN * footprint.cover_radius, ESCAPE * footprint.cover_radius
         farthest_distance = footprint.radius + margin + (limits.max_speed + obstacles.max_speed) * longest
-        discs = find_reachable_discs(tracks, obstacles, position, farthest_distance)
-        return MovingCertificate(discs, margin, age, escape)
+        discs = find_reachable_discs(tracked_obstacles.tracks, obstacles, position, farthest_distance)
+        return MovingCertificate(discs, margin, tracked_obstacles.age, escape)
 
     def accepts(self, motion: Motion) -> bool:
         """Return whether the robot stands, or keeps its distance, wherever the discs go until it has stopped."""
@@ -120,17 +120,16 @@ def find_reachable_discs(
         parameters: what is declared.
         position, reach: only discs whose edge is within `reach` (m) of a place (2,).
     """
-    declared_limits = float(parameters.caution), float(parameters.max_speed), float(parameters.stopping_distance)
-    robot_reach = float(position[0]), float(position[1]), float(reach)
-    return _find_reachable_discs(
-        *tracks.emergence_discs, tracks.is_trusted, tracks.velocity, declared_limits, robot_reach
-    )
+    declared_limits = parameters.caution, parameters.max_speed, parameters.stopping_distance
+    numbers = map(
+        float, (*declared_limits, position[0], position[1], reach)
+    )  # a whole one would have all compiled again
+    return _find_reachable_discs(*tracks.emergence_discs, tracks.is_trusted, tracks.velocity, *numbers)
 
 
 @kernel
-def _find_reachable_discs(places, hit_track, is_trusted, velocity, declared_limits, robot_reach):
+def _find_reachable_discs(places, hit_track, is_trusted, velocity, caution, max_speed, stopping, x, y, reach):
     """Return the loop of `find_reachable_discs`; discs of tracks that are trusted come last."""
-    (caution, max_speed, stopping), (x, y, reach) = declared_limits, robot_reach
     discs, n, trusted_share = np.empty((len(places), 6)), 0, 1.0 - caution
     for is_trusted_disc in (False, True):
         for k in range(len(places)):

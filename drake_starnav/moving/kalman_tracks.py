@@ -181,13 +181,14 @@ class Clusters(NamedTuple):
     """Clusters of hits, each with the disc that it shows by itself.
 
     Attributes:
-        points: of each its hits, shape (k, 2), W, m.
+        beams, points: of each the indices of its beams, shape (k,), and its hits, shape (k, 2), W, m.
         moving_share: share of its beams that hit what was free before, shape (c,).
         center, radius: of the disc, shape (c, 2) and (c,), W, m.
         distance: the least range, shape (c,), m.
         is_whole: whether both sides of the disc are in view, shape (c,), bool.
     """
 
+    beams: list[np.ndarray]
     points: list[np.ndarray]
     moving_share: np.ndarray
     center: np.ndarray
@@ -195,9 +196,21 @@ class Clusters(NamedTuple):
     distance: np.ndarray
     is_whole: np.ndarray
 
+    @staticmethod
+    def of(
+        scan: LaserScan, beam_motion: BeamMotion, points: np.ndarray, sensor_position: np.ndarray, max_radius: float
+    ) -> "Clusters":
+        """Those of a scan that was taken at a place (2,), whose beams end at points (n, 2), W, m."""
+        runs = find_clusters(scan, beam_motion.motion != STATIC, beam_motion.may_start, max_radius)
+        beams = [(first_beam + np.arange(beam_count)) % len(points) for first_beam, beam_count in runs.tolist()]
+        moving_share = np.array([beam_motion.newly_occupied[each].mean() for each in beams])
+        discs = estimate_discs(scan.beams, runs, points, np.array(sensor_position), max_radius)
+        return Clusters(beams, [points[each] for each in beams], moving_share, *discs)
+
     def select(self, indices: np.ndarray) -> "Clusters":
         """Some of them, by their indices (k,)."""
-        return Clusters([self.points[c] for c in indices], *(column[indices] for column in self[1:]))
+        beams, points = [self.beams[c] for c in indices], [self.points[c] for c in indices]
+        return Clusters(beams, points, *(column[indices] for column in self[2:]))
 
 
 def update_tracks(
@@ -205,66 +218,72 @@ def update_tracks(
 ) -> tuple[Tracks, np.ndarray]:
     """The tracks after one more scan, and the motion state of each beam as they show it, shape (n,).
 
-    Tracks are predicted. Each cluster continues the track that is predicted nearest to it, and corrects it, or begins
-    one. Tracks that no cluster continues are remembered for a while.
-
     Args:
+        tracks: after the scan before.
         scan: the latest, in S.
         beam_motion: of its beams.
         pose: (x, y, yaw) of S in W when it was taken.
         parameters: max_speed, max_radius, caution.
     """
-    is_doubtful = beam_motion.motion != STATIC
     points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), pose)
-    runs = find_clusters(scan, is_doubtful, beam_motion.may_start, parameters.max_radius)
-    beams_of_clusters = [(first_beam + np.arange(beam_count)) % len(points) for first_beam, beam_count in runs.tolist()]
-    clusters = Clusters(
-        [points[beams] for beams in beams_of_clusters],
-        np.array([beam_motion.newly_occupied[beams].mean() for beams in beams_of_clusters]),
-        *estimate_discs(scan.beams, runs, points, np.array(pose[:2]), parameters.max_radius),
-    )
-    predicted_rows = predict_rows(Rows(*(getattr(tracks, name) for name in Rows._fields)), scan.time - tracks.time)
-    matched_tracks = match_tracks(
-        clusters.center, predicted_rows.position, compute_association_gates(predicted_rows, scan.time)
-    )
-    remembered_tracks = find_remembered_tracks(predicted_rows, matched_tracks, scan, pose)
-    continued_clusters = np.flatnonzero(matched_tracks >= 0)
-    continued_tracks = matched_tracks[continued_clusters]
-    corrected_rows = correct_rows(
-        predicted_rows.select(continued_tracks),
-        clusters.select(continued_clusters),
-        tracks,
-        tracks.position[continued_tracks],
-        scan.time,
-        pose[:2],
-        parameters,
-    )
-    next_rows = begin_rows(clusters, scan.time, parameters.max_speed)
-    for column, corrected_column in zip(next_rows, corrected_rows, strict=True):
-        column[continued_clusters] = corrected_column
-    hit_track = np.full(len(points), -1)
-    for c, beams in enumerate(beams_of_clusters):
-        hit_track[beams] = len(remembered_tracks) + c
-    next_rows = Rows(*map(np.concatenate, zip(predicted_rows.select(remembered_tracks), next_rows, strict=True)))
+    clusters = Clusters.of(scan, beam_motion, points, pose[:2], parameters.max_radius)
+    rows, hit_track = update_rows(tracks, clusters, scan, pose, parameters), np.full(len(points), -1)
+    for track, beams in enumerate(clusters.beams, len(rows.radius) - len(clusters.beams)):
+        hit_track[beams] = track
+    is_doubtful = beam_motion.motion != STATIC
     next_tracks = Tracks(
         time=scan.time,
         origin=pose[:2].copy(),
         hits=add_radius(points[is_doubtful], 0.0),
         hit_track=hit_track[is_doubtful],
-        **next_rows._asdict(),
+        **rows._asdict(),
     )
     if parameters.guarded:
         possible_starters = add_radius(points[beam_motion.may_start & ~is_doubtful], 0.0)
         next_tracks = replace_fields(
             next_tracks, possible_starters=possible_starters, occlusion_discs=find_occlusion_points(scan, pose)
         )
-    reported_motion = np.where(beam_motion.may_start & (beam_motion.motion == STATIC), STANDING, beam_motion.motion)
-    if len(next_tracks):
+    return next_tracks, report_motion(next_tracks, hit_track, beam_motion)
+
+
+def report_motion(tracks: Tracks, hit_track: np.ndarray, beam_motion: BeamMotion) -> np.ndarray:
+    """The motion state of each beam, shape (n,), of which the track that it belongs to is known, or -1, (n,)."""
+    motion = beam_motion.motion
+    reported_motion = np.where(beam_motion.may_start & (motion == STATIC), STANDING, motion)
+    if len(tracks):
         has_track = hit_track >= 0
-        reported_motion[has_track & is_doubtful & next_tracks.is_confirmed[hit_track]] = DYNAMIC
-        creeps = has_track & next_tracks.is_creeping[hit_track]
+        reported_motion[has_track & (motion != STATIC) & tracks.is_confirmed[hit_track]] = DYNAMIC
+        creeps = has_track & tracks.is_creeping[hit_track]
         reported_motion[creeps] = UNKNOWN  # an obstacle to plan around, and not to remember
-    return next_tracks, reported_motion
+    return reported_motion
+
+
+def update_rows(
+    tracks: Tracks, clusters: Clusters, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters
+) -> Rows:
+    """The rows of tracks that are remembered although the scan does not show them, and then one for each cluster.
+
+    A cluster continues the track that is predicted nearest to it, or begins one. Arguments as of `update_tracks`.
+    """
+    predicted_rows = predict_rows(Rows(*(getattr(tracks, name) for name in Rows._fields)), scan.time - tracks.time)
+    gates = compute_association_gates(predicted_rows, scan.time)
+    matched_tracks = match_tracks(clusters.center, predicted_rows.position, gates)
+    continued = np.flatnonzero(matched_tracks >= 0)
+    continued_tracks = matched_tracks[continued]
+    rows = begin_rows(clusters, scan.time, parameters.max_speed)
+    continued_rows = continue_rows(
+        predicted_rows.select(continued_tracks),
+        clusters.select(continued),
+        tracks,
+        tracks.position[continued_tracks],
+        scan.time,
+        pose[:2],
+        parameters,
+    )
+    for column, continued_column in zip(rows, continued_rows, strict=True):
+        column[continued] = continued_column
+    remembered_rows = predicted_rows.select(find_remembered_tracks(predicted_rows, matched_tracks, scan, pose))
+    return Rows(*map(np.concatenate, zip(remembered_rows, rows, strict=True)))
 
 
 def predict_rows(rows: Rows, duration: float) -> Rows:
@@ -331,7 +350,47 @@ def begin_rows(clusters: Clusters, time: float, max_speed: float) -> Rows:
     )
 
 
-def correct_rows(
+class DiscFit(NamedTuple):
+    """Discs of n tracks, fitted to hits: centre (n, 2), radius (n,), and by how much the centres are shifted along the
+    line of sight as the radius changes, which is not motion, (n, 2); m."""
+
+    center: np.ndarray
+    radius: np.ndarray
+    shift: np.ndarray
+
+
+def fit_discs(rows: Rows, clusters: Clusters, sensor_position: np.ndarray, max_radius: float) -> DiscFit:
+    """Fit the discs of predicted tracks to the hits of n clusters that continue them, seen from a place (2,), W, m.
+
+    The centre is where a disc of the track's radius fits best, so that a partly occluded obstacle does not seem to slow
+    down.
+    """
+    radius = rows.radius + GAIN * (clusters.radius - rows.radius)
+    for k in np.flatnonzero(~clusters.is_whole):
+        fitted_radius = fit_radius(clusters.points[k], rows.position[k], rows.radius[k], RADIUS_WEIGHT)
+        radius[k] = min(max(fitted_radius, SMALLEST_RADIUS), max_radius)
+    sight_line = rows.position - sensor_position
+    shift = ((radius - rows.radius) / np.maximum(np.hypot(*sight_line.T), 1e-9))[:, None] * sight_line
+    center = [fit_center(*each) for each in zip(clusters.points, rows.position + shift, radius, strict=True)]
+    return DiscFit(np.reshape(center, (-1, 2)), radius, shift)
+
+
+def correct_motion(rows: Rows, fit: DiscFit, distance: np.ndarray, max_speed: float) -> Rows:
+    """Rows with the position, velocity and variance of a Kalman filter that measures discs at distances (n,), m."""
+    noise = NOISE + NOISE_PER_RANGE * distance
+    p, p_v, v = rows.variance.T
+    gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
+    predicted_position = rows.position + fit.shift
+    innovation = fit.center - predicted_position
+    velocity = rows.velocity + gain_v[:, None] * innovation
+    velocity *= np.minimum(1.0, max_speed / np.maximum(np.hypot(*velocity.T), 1e-9))[:, None]
+    variance = np.column_stack(((1.0 - gain_p) * p, (1.0 - gain_p) * p_v, v - gain_v * p_v))
+    return rows._replace(
+        position=predicted_position + gain_p[:, None] * innovation, velocity=velocity, variance=variance
+    )
+
+
+def continue_rows(
     rows: Rows,
     clusters: Clusters,
     last_tracks: Tracks,
@@ -340,56 +399,32 @@ def correct_rows(
     sensor_position: np.ndarray,
     parameters: DynamicObstacleParameters,
 ) -> Rows:
-    """The predicted rows of tracks, corrected by the clusters that continue them.
-
-    The centre is where a disc of the track's radius fits the hits best, so that a partly occluded obstacle does not
-    seem to slow down. If the radius estimate changes, the centre is shifted along the line of sight, which is not
-    motion.
+    """The predicted rows of n tracks, corrected by the clusters that continue them.
 
     Args:
         rows, clusters: n of each.
-        last_tracks: of the last scan, for its time and origin.
-        last_position: of these tracks then, shape (n, 2), W, m.
-        time: of this scan, s.
-        sensor_position: where the lidar was then, shape (2,), W, m.
+        last_tracks: all tracks after the scan before.
+        last_position: where these n were then, shape (n, 2), W, m.
+        time, sensor_position: when, s, and where, shape (2,), W, m, the scan was taken.
         parameters: max_speed and max_radius.
     """
-    fitted_radius = np.array(
-        [fit_radius(*each, RADIUS_WEIGHT) for each in zip(clusters.points, rows.position, rows.radius, strict=True)]
-    )
-    radius = np.where(
-        clusters.is_whole,
-        rows.radius + GAIN * (clusters.radius - rows.radius),
-        np.clip(fitted_radius, SMALLEST_RADIUS, parameters.max_radius),
-    )
-    sight_line = rows.position - sensor_position
-    shift = ((radius - rows.radius) / np.maximum(np.hypot(*sight_line.T), 1e-9))[:, None] * sight_line
-    predicted_position = rows.position + shift
-    noise = NOISE + NOISE_PER_RANGE * clusters.distance
-    p, p_v, v = rows.variance.T
-    gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
-    fitted_centers = np.array(
-        [fit_center(*each) for each in zip(clusters.points, predicted_position, radius, strict=True)]
-    )
-    innovation = fitted_centers.reshape(-1, 2) - predicted_position
-    position, velocity = predicted_position + gain_p[:, None] * innovation, rows.velocity + gain_v[:, None] * innovation
-    velocity *= np.minimum(1.0, parameters.max_speed / np.maximum(np.hypot(*velocity.T), 1e-9))[:, None]
     duration = time - last_tracks.time
+    fit = fit_discs(rows, clusters, sensor_position, parameters.max_radius)
+    corrected_rows = correct_motion(rows, fit, clusters.distance, parameters.max_speed)
     drift_gain = np.minimum(duration / np.minimum(np.maximum(time - rows.first_seen, duration), DRIFT_TIME), 1.0)
-    displacement = np.where(clusters.is_whole[:, None], position - last_position - shift, 0.0)  # else a wall's, maybe
-    turns = _measure_turns_of_sight(last_position, last_tracks.origin, sensor_position)
-    return Rows(
-        position=position,
-        velocity=velocity,
-        radius=radius,
-        variance=np.column_stack(((1.0 - gain_p) * p, (1.0 - gain_p) * p_v, v - gain_v * p_v)),
+    displacement = corrected_rows.position - last_position - fit.shift
+    displacement[~clusters.is_whole] = 0.0  # it may be a wall behind a gap
+    turning_rates = _measure_turns_of_sight(last_position, last_tracks.origin, sensor_position) / duration
+    return corrected_rows._replace(
+        radius=fit.radius,
         scan_count=rows.scan_count + 1,
-        last_seen=np.full(len(radius), time),
+        last_seen=np.full_like(rows.last_seen, time),
         moving_share=rows.moving_share + GAIN * (clusters.moving_share - rows.moving_share),
-        recent_top_speed=np.maximum(np.hypot(*velocity.T), rows.recent_top_speed - PACE_DECAY * duration),
-        first_seen=rows.first_seen,
+        recent_top_speed=np.maximum(
+            np.hypot(*corrected_rows.velocity.T), rows.recent_top_speed - PACE_DECAY * duration
+        ),
         mean_velocity=rows.mean_velocity + drift_gain[:, None] * (displacement / duration - rows.mean_velocity),
-        aspect_rate=rows.aspect_rate + drift_gain * (turns / duration - rows.aspect_rate),
+        aspect_rate=rows.aspect_rate + drift_gain * (turning_rates - rows.aspect_rate),
     )
 
 

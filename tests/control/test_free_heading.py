@@ -42,7 +42,7 @@ def way_is_open(hits: np.ndarray, position: np.ndarray, angle: float) -> bool:
 
 
 def free_direction(position: np.ndarray, direction: np.ndarray, hits: np.ndarray) -> np.ndarray:
-    return np.array(find_free_heading(*position, *direction, hits, (RADIUS, KEPT)))
+    return np.array(find_free_heading(*position, *direction, hits, RADIUS, KEPT))
 
 
 @settings(max_examples=200)

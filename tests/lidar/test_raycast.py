@@ -10,6 +10,7 @@ from drake_starnav.lidar.raycast import (
     CONIC,
     SEGMENT,
     Fan,
+    Place,
     Shapes,
     cast_groups,
     cast_rolling,
@@ -167,5 +168,5 @@ def test_a_clip_opens_a_conic_and_nearer_ranges_stay() -> None:
     rows[0, :14] = 3.0, 0.0, 1.0, CONIC, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 2.0  # the half beyond x = 3
     assert cast(rows)[BEAMS // 2] == pytest.approx(4.0)
     ranges = np.full(BEAMS, 1.0)
-    cast_rows(rows, (0.0, 0.0, 1.0, 0.0), FAN, ranges, 10.0)
+    cast_rows(rows, Place(0.0, 0.0, 1.0, 0.0), FAN, ranges, 10.0)
     assert (ranges == 1.0).all()
