@@ -20,9 +20,10 @@ import numpy as np
 
 from drake_starnav.baselines.baseline_step import BaselineInput, make_unit_vector
 from drake_starnav.control.inputs import Proposal
-from drake_starnav.geometry.compiled import kernel
+from drake_starnav.geometry.compiled import kernel, leaf
 from drake_starnav.geometry.se2 import invert_pose, transform_points
 from drake_starnav.robot import RobotParameters
+from drake_starnav.robot.limits import limit_value
 
 PERIOD = 0.25
 """Time that a command is held, s: the size of the window, and part of every stopping distance; the paper's."""
@@ -73,17 +74,11 @@ def choose_dwa_twist(
 @kernel
 def _choose_best_twist(twist, goal, points, limits, radius):
     """The best admissible twist (v, omega); goal and points in the robot's frame, m, limits are `Limits`."""
-    (v_now, omega_now), (goal_ahead, goal_left) = twist, goal
-    v_max, omega_max = limits.max_speed, limits.max_yaw_rate
-    a_max, braking, alpha_max = limits.max_acceleration, limits.max_deceleration, limits.max_yaw_acceleration
-    v_low = min(max(v_now - braking * PERIOD, 0.0), v_max)
-    stopping = math.sqrt(2.0 * braking * math.hypot(goal_ahead, goal_left))
-    v_high = max(min(v_now + a_max * PERIOD, v_max, stopping), v_low)
-    omega_low = min(max(omega_now - alpha_max * PERIOD, -omega_max), omega_max)
-    omega_high = max(min(omega_now + alpha_max * PERIOD, omega_max), -omega_max)
+    (v_now, omega_now), braking, alpha_max = twist, limits.max_deceleration, limits.max_yaw_acceleration
+    v_low, v_high, omega_low, omega_high = _find_window(v_now, omega_now, math.hypot(goal[0], goal[1]), limits)
 
     # No twist of this window goes farther before it stops, or cares for clearance beyond its limit.
-    longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / braking, omega_max / alpha_max)))
+    longest = max(CLEARANCE_LIMIT, v_high * (PERIOD + 0.5 * max(v_high / braking, limits.max_yaw_rate / alpha_max)))
     near_hits = points[points[:, 0] ** 2 + points[:, 1] ** 2 <= (longest + radius) ** 2]
 
     best, best_v, best_omega = -math.inf, 0.0, 0.0
@@ -97,14 +92,9 @@ def _choose_best_twist(twist, goal, points, limits, radius):
                 clearance = _compute_arc_clearance(near_hits, omega / v, radius, v * braking_time)
                 if v * braking_time > clearance:
                     continue
-            turn, length = omega * braking_time, v * braking_time  # of the arc, from the origin along x
-            cosine, sine = math.cos(turn), math.sin(turn)
-            x_goal, y_goal = goal_ahead - length, goal_left
-            if abs(turn) >= 1e-9:
-                x_goal, y_goal = goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn
-            error = abs(math.atan2(cosine * y_goal - sine * x_goal, cosine * x_goal + sine * y_goal))
+            error = _find_heading_error(goal[0], goal[1], omega * braking_time, v * braking_time)
             free = min(clearance, CLEARANCE_LIMIT) / CLEARANCE_LIMIT
-            score = 1.0 - error / math.pi + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / v_max
+            score = 1.0 - error / math.pi + CLEARANCE_WEIGHT * free + SPEED_WEIGHT * v / limits.max_speed
             if score > best:
                 best, best_v, best_omega = score, v, omega
     if best > -math.inf:
@@ -112,6 +102,26 @@ def _choose_best_twist(twist, goal, points, limits, radius):
     stop_time = max(abs(v_now) / braking, abs(omega_now) / alpha_max)
     kept_share = max(0.0, 1.0 - PERIOD / stop_time) if stop_time > 0.0 else 0.0
     return max(kept_share * v_now, 0.0), kept_share * omega_now
+
+
+@leaf
+def _find_window(v, omega, goal_distance, limits):
+    """The least and the largest v and omega of the twists within reach from which the robot can stop at the goal."""
+    v_low = min(max(v - limits.max_deceleration * PERIOD, 0.0), limits.max_speed)
+    stopping = math.sqrt(2.0 * limits.max_deceleration * goal_distance)
+    v_high = max(min(v + limits.max_acceleration * PERIOD, limits.max_speed, stopping), v_low)
+    change, omega_max = limits.max_yaw_acceleration * PERIOD, limits.max_yaw_rate
+    return v_low, v_high, limit_value(omega - change, omega_max), limit_value(omega + change, omega_max)
+
+
+@leaf
+def _find_heading_error(goal_ahead, goal_left, turn, length):
+    """The angle to the goal, rad, at the end of an arc from the origin along x with a turn, rad, and a length, m."""
+    cosine, sine = math.cos(turn), math.sin(turn)
+    x_goal, y_goal = goal_ahead - length, goal_left
+    if abs(turn) >= 1e-9:
+        x_goal, y_goal = goal_ahead - length * sine / turn, goal_left - length * (1.0 - cosine) / turn
+    return abs(math.atan2(cosine * y_goal - sine * x_goal, cosine * x_goal + sine * y_goal))
 
 
 @kernel

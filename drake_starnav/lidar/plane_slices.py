@@ -268,6 +268,13 @@ def _enclose_conic(conic):
     return cx, cy, radius, size, spread <= 1e-12 * trace
 
 
+@leaf
+def _cut_across(conic, u0, u1):
+    """The quadratic coefficient of a conic across a direction, and minus the place of its middle there."""
+    across = conic.a00 * u1 * u1 - 2.0 * conic.a01 * u0 * u1 + conic.a11 * u0 * u0
+    return across, (conic.b0 * u1 - conic.b1 * u0) / across
+
+
 @kernel
 def _slice_quadric(q, plane, normal, rows, count):
     """Write the conic d^T A d + 2 b^T d + c = 0 of one quadric, clipped to low <= m^T d <= high, and its end faces."""
@@ -297,9 +304,8 @@ def _slice_quadric(q, plane, normal, rows, count):
 
     # Clipped: a box along the axis and across it. Clipped quadrics are round about their axis, so A is diagonal there.
     u0, u1 = m0 / slope, m1 / slope
-    across = conic.a00 * u1 * u1 - 2.0 * conic.a01 * u0 * u1 + conic.a11 * u0 * u0
     begin, end = low / slope, high / slope
-    side = (conic.b0 * u1 - conic.b1 * u0) / across
+    across, side = _cut_across(conic, u0, u1)
     half = 1.0 / math.sqrt(across)  # a horizontal cylinder, whose slice is at most as wide as itself
     if radius < np.inf:
         begin, end = max(begin, u0 * cx + u1 * cy - radius), min(end, u0 * cx + u1 * cy + radius)

@@ -18,7 +18,7 @@ import numpy as np
 from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.se2 import Place, compose_poses, find_pose_in_frame, invert_pose
 from drake_starnav.lidar.laser_scan import USUAL_COVER_RADIUS, LaserScan
-from drake_starnav.utils.snapshot import snapshot
+from drake_starnav.utils.snapshot import replace_fields, snapshot
 
 UNOBSERVABLE_WEIGHT = 1e12
 """Inverse variance of the guess in an unobservable direction, 1/m^2."""
@@ -295,30 +295,51 @@ def match_scan(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: 
     The scan is in S, which was at the pose `odometry` (x, y, yaw) in O when it was taken.
     """
     if not scan_map.keyframes:
-        travel = Travel(np.array(odometry, dtype=float))
-        first_keyframe = Keyframe.of(scan, compose_poses(scan_map.correction, odometry), travel, error)
-        places = first_keyframe.pose[None, :2]
-        return ScanMap((first_keyframe,), places, scan_map.correction, travel, scan.time)
-    step, unit = find_pose_in_frame(scan_map.travel.pose, odometry), error.body
-    is_still = math.hypot(step[0], step[1]) < STILL_DISTANCE * unit and abs(step[2]) < STILL_HEADING
-    if is_still or np.count_nonzero(scan.mappable_hits) < 20:
+        return _begin_map(scan_map, scan, odometry, error)
+    step = find_pose_in_frame(scan_map.travel.pose, odometry)
+    if _is_still(step, error.body) or np.count_nonzero(scan.mappable_hits) < 20:
         return scan_map
     speed, jump = _find_jump(scan_map, step, scan.time - scan_map.time, error)
     travel = scan_map.travel.extend(odometry, error.drift, jump)
-    predicted_pose = compose_poses(scan_map.correction, odometry)
-    keyframes_in_view = _select_keyframes_in_view(scan_map, scan, predicted_pose, unit)
-    deviation = _estimate_deviation(step, jump, error)
-    match = _align_with_keyframes(scan_map, scan, travel, predicted_pose, keyframes_in_view, deviation, error)
+    predicted_pose = scan_map.correct_pose(odometry)
+    keyframes_in_view = _select_keyframes_in_view(scan_map, scan, predicted_pose, error.body)
+    match = _align_with_keyframes(
+        scan_map, scan, travel, predicted_pose, keyframes_in_view, _estimate_deviation(step, jump, error), error
+    )
     pose = match.pose if match.share >= POOR_SHARE else predicted_pose
-    keyframes, places, matched_index = scan_map.keyframes, scan_map.places, match.keyframe_index
-    place_distance = np.hypot(*(places - pose[:2]).T)
-    if (place_distance[keyframes_in_view] > SPACING * unit).all() or (
-        match.share < GOOD_SHARE and place_distance[-1] > LEAST_SPACING * unit
+    next_map = replace_fields(
+        scan_map,
+        correction=compose_poses(pose, invert_pose(odometry)),
+        travel=travel,
+        time=scan.time,
+        speed=speed,
+        last=match.keyframe_index,
+    )
+    place_distance, fits = np.hypot(*(scan_map.places - pose[:2]).T), match.share >= GOOD_SHARE
+    if (place_distance[keyframes_in_view] > SPACING * error.body).all() or (
+        not fits and place_distance[-1] > LEAST_SPACING * error.body
     ):
-        keyframes, places = (*keyframes, Keyframe.of(scan, pose, travel, error)), np.vstack((places, pose[:2]))
-        matched_index = matched_index if match.share >= GOOD_SHARE else len(keyframes) - 1
-    correction = compose_poses(pose, invert_pose(odometry))
-    return ScanMap(keyframes, places, correction, travel, scan.time, speed, matched_index)
+        next_map = _add_keyframe(next_map, Keyframe.of(scan, pose, travel, error), not fits)
+    return next_map
+
+
+def _begin_map(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
+    """The map with its first keyframe; arguments as of `match_scan`."""
+    travel = Travel(np.array(odometry, dtype=float))
+    keyframe = Keyframe.of(scan, scan_map.correct_pose(odometry), travel, error)
+    return _add_keyframe(replace_fields(scan_map, travel=travel, time=scan.time), keyframe, True)
+
+
+def _add_keyframe(scan_map: ScanMap, keyframe: Keyframe, is_last: bool) -> ScanMap:
+    """The map with one more keyframe, which may be the one with which the last scan was aligned."""
+    keyframes, places = (*scan_map.keyframes, keyframe), np.vstack((scan_map.places, keyframe.pose[:2]))
+    last = len(keyframes) - 1 if is_last else scan_map.last
+    return replace_fields(scan_map, keyframes=keyframes, places=places, last=last)
+
+
+def _is_still(step: Place, body: float) -> bool:
+    """Whether a step of the odometry is too short for an alignment, of a robot with this cover radius, m."""
+    return math.hypot(step[0], step[1]) < STILL_DISTANCE * body and abs(step[2]) < STILL_HEADING
 
 
 def _find_jump(scan_map: ScanMap, step: Place, duration: float, error: OdometryError) -> tuple[np.ndarray, float]:

@@ -27,12 +27,17 @@ def follow_manoeuvre(pose: np.ndarray, poses: np.ndarray, robot: RobotParameters
     dx, dy, cosine, sine = x - pose[0], y - pose[1], math.cos(pose[2]), math.sin(pose[2])
     ahead, aside = cosine * dx + sine * dy, cosine * dy - sine * dx
     speed = min(SLOW_SHARE * limits.max_speed, math.sqrt(2.0 * limits.max_deceleration * SLOW_STOP * radius))
-    distance_left = math.hypot(ahead, aside if base.holonomic else 0.0)
-    for previous_pose, next_pose in pairwise(poses[k:]):
-        if next_pose[3] != gear:
-            break
-        distance_left += math.dist(previous_pose[:2], next_pose[:2])
+    distance_left = measure_way_left(math.hypot(ahead, aside if base.holonomic else 0.0), poses[k:])
     speed = min(speed, compute_stopping_speed(distance_left, limits.max_deceleration))
     twist = base.twist_towards(ahead, aside, math.remainder(yaw - pose[2], 2.0 * math.pi), gear, speed, limits)
     direction = np.array((dx, dy)) if base.holonomic else math.copysign(1.0, twist[0]) * np.array((cosine, sine))
     return base.saturate(twist, limits), direction / max(math.hypot(*direction), 1e-9)
+
+
+def measure_way_left(length: float, poses: np.ndarray) -> float:
+    """Return the way to the first of some poses (k, 4), which has a length, and on until the gear changes, m."""
+    for previous_pose, next_pose in pairwise(poses):
+        if next_pose[3] != poses[0, 3]:
+            break
+        length += math.dist(previous_pose[:2], next_pose[:2])
+    return length

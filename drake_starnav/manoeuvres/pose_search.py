@@ -218,30 +218,35 @@ def _check_move(x, y, yaw, move, space, is_first):
 
     With `is_first`, the move must also stay in space that was seen.
     """
-    margin, discs, cell = space.margin, space.discs, space.grid[2]
-    count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / (SPACING * cell))) + 1
-    poses, roomy = np.empty((count + 1, 3)), True
+    longest_step = SPACING * space.grid[2]
+    count = int(math.ceil((math.hypot(move[0], move[1]) + space.body.radius * abs(move[2])) / longest_step)) + 1
+    poses = np.empty((count + 1, 3))
     put(poses, np.int64(0), (x, y, yaw))
     dx, dy, turn = move[0] / count, move[1] / count, move[2] / count
     for k in range(1, count + 1):
         put(poses, k, _apply_move(poses[k - 1, 0], poses[k - 1, 1], poses[k - 1, 2], dx, dy, turn))
-    for k in range(count, -1, -1):
+    is_blocked, is_roomy = _look_up_cells(poses, space)
+    if is_blocked or (is_roomy and not is_first):
+        return not is_blocked, 1
+    chords, surfaces = space.chords, space.surface_chords
+    if not is_first:
+        chords = Chords(surfaces.ends, surfaces.is_surface, surfaces.occludes, poses[0, :2])
+    return is_collision_free(poses, chords, space.views, space.body, ClearanceLimits(space.margin, np.inf)), EXACT
+
+
+@kernel
+def _look_up_cells(poses, space):
+    """Return whether the cells tell that the footprint hits a surface at one of the poses (k, 3), or has its margin."""
+    cell, is_roomy = space.grid[2], True
+    for k in range(len(poses) - 1, -1, -1):
         cosine, sine = math.cos(poses[k, 2]), math.sin(poses[k, 2])
-        for m in range(len(discs)):
-            u, v = discs[m, 0], discs[m, 1]
+        for u, v, radius, inner_radius in space.discs:
             i, j = _find_cell(poses[k, 0] + cosine * u - sine * v, poses[k, 1] + sine * u + cosine * v, space.grid)
             clear = space.clear[i, j] if 0 <= i < SIDE and 0 <= j < SIDE else np.nan
-            if clear < discs[m, 3] - OFF_CENTRE * cell:
-                return False, 1
-            roomy = roomy and clear > discs[m, 2] + margin + (OFF_CENTRE + SPACING) * cell
-    if roomy and not is_first:
-        return True, 1
-    chords = space.chords
-    if not is_first:
-        chords = Chords(
-            space.surface_chords.ends, space.surface_chords.is_surface, space.surface_chords.occludes, poses[0, :2]
-        )
-    return is_collision_free(poses, chords, space.views, space.body, ClearanceLimits(margin, np.inf)), EXACT
+            if clear < inner_radius - OFF_CENTRE * cell:
+                return True, False
+            is_roomy = is_roomy and clear > radius + space.margin + (OFF_CENTRE + SPACING) * cell
+    return False, is_roomy
 
 
 @kernel
@@ -271,15 +276,6 @@ def _shoot_straight(pose, goal, space, is_first):
     return 0.0, yaw, checks
 
 
-@kernel
-def _compute_turn_to_go(yaw, goals, turn_cost):
-    """Return the least cost of the turn to any goal, and of ending there, m."""
-    least = np.inf
-    for goal in goals:
-        least = min(least, turn_cost * max(abs(wrap_angle(yaw - goal[2])) - goal[3], 0.0) + goal[4])
-    return least
-
-
 class _Tree(NamedTuple):
     """The poses that a search has reached, for compiled functions.
 
@@ -307,14 +303,9 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
     backwards.
     """
     can_shoot = (primitives.usual[:, 4] == 0.0).any()
-    room = MOST_CHECKS + len(starts) + len(primitives.usual) + len(primitives.first) + 3
-    best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
-    tree = _Tree(np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room), best)
+    tree = _plant_tree(starts, MOST_CHECKS + len(primitives.usual) + len(primitives.first) + 3)
     queue, count, checks, expanded_count = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
     heapq.heapify(queue)
-    for n in range(count):
-        put(tree.nodes, n, (starts[n, 0], starts[n, 1], starts[n, 2], 0.0))
-        tree.costs[n] = starts[n, 4]
     while len(queue) > 0 and checks < MOST_CHECKS:
         expanded_count += 1
         _, n, is_ending = heapq.heappop(queue)
@@ -334,16 +325,21 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
             checks += more
             if free:
                 return tree.nodes[:count], tree.parents[:count], n
-        for m in range(len(primitives.usual) + (len(primitives.first) if is_start else 0)):
-            is_usual = m < len(primitives.usual)
-            move = primitives.usual[m] if is_usual else primitives.first[m - len(primitives.usual)]
-            to_go, more = _try_move(tree, n, count, move, cost_to_go, space, is_leaving, is_start)
-            checks += more
-            if to_go < np.inf:
-                to_go = max(to_go, _compute_turn_to_go(tree.nodes[count, 2], goals, primitives.turn_cost))
-                heapq.heappush(queue, (tree.costs[count] + HEURISTIC_WEIGHT * to_go, count, False))
-                count += 1
+        added, more = _try_moves(tree, queue, n, count, goals, primitives, cost_to_go, space, is_leaving, is_start)
+        count, checks = count + added, checks + more
     return tree.nodes[:count], tree.parents[:count], -1
+
+
+@kernel
+def _plant_tree(starts, room):
+    """Return a tree of the starts (m, 5) with room for more poses."""
+    room += len(starts)
+    best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)
+    tree = _Tree(np.empty((room, 4)), np.full(room, -1, np.int64), np.zeros(room), best)
+    for n in range(len(starts)):
+        put(tree.nodes, n, (starts[n, 0], starts[n, 1], starts[n, 2], 0.0))
+        tree.costs[n] = starts[n, 4]
+    return tree
 
 
 @kernel
@@ -370,6 +366,25 @@ def _end_at_goal(tree, queue, n, count, goal, reach, space, is_leaving, is_start
     tree.parents[count], tree.parents[count + 1], tree.parents[count + 2] = n, count, count + 1
     heapq.heappush(queue, (ending_cost + HEURISTIC_WEIGHT * goal_distance, count + 2, True))
     return 3, checks
+
+
+@kernel
+def _try_moves(tree, queue, n, count, goals, primitives, cost_to_go, space, is_leaving, is_start):
+    """Queue the poses after all moves from pose n that are free and cheap; returns the same as `_end_at_goal`."""
+    first_count, checks = count, 0
+    for m in range(len(primitives.usual) + (len(primitives.first) if is_start else 0)):
+        is_usual = m < len(primitives.usual)
+        move = primitives.usual[m] if is_usual else primitives.first[m - len(primitives.usual)]
+        to_go, more = _try_move(tree, n, count, move, cost_to_go, space, is_leaving, is_start)
+        checks += more
+        if to_go < np.inf:
+            least_turn = np.inf  # what the turn to any goal costs, and ending there
+            for goal in goals:
+                turn = max(abs(wrap_angle(tree.nodes[count, 2] - goal[2])) - goal[3], 0.0)
+                least_turn = min(least_turn, primitives.turn_cost * turn + goal[4])
+            heapq.heappush(queue, (tree.costs[count] + HEURISTIC_WEIGHT * max(to_go, least_turn), count, False))
+            count += 1
+    return count - first_count, checks
 
 
 @kernel

@@ -36,14 +36,25 @@ def find_shortest_sequence(state: PaperState, position: np.ndarray, goal: np.nda
     adjacent_edges = edges[(edges == 1 + state.node).any(axis=1)]
     own_edges = np.where(adjacent_edges == 1 + state.node, 0, adjacent_edges)
     edges = np.vstack((edges, own_edges, (0, 1 + state.node)))
+    sequence = find_shortest_path(places, edges, 1 + nodes, np.hypot(*(end_points - goal).T))
+    return Sequence(places[sequence], reaches_goal and len(sequence) > 0)
+
+
+def find_shortest_path(places: np.ndarray, edges: np.ndarray, first_end: int, lengths_left: np.ndarray) -> list[int]:
+    """Return the vertices after the first on the shortest path from it to any from `first_end` on; none without one.
+
+    Args:
+        places: of the vertices, shape (n, 2), m.
+        edges: shape (e, 2), undirected.
+        first_end: that vertex and all after it may be the last.
+        lengths_left: what counts beside the path to each of them, m.
+    """
     edge_lengths = np.hypot(*(places[edges[:, 0]] - places[edges[:, 1]]).T)
     edge_graph = csr_array((np.maximum(edge_lengths, 1e-9), edges.T), shape=(len(places), len(places)))
-    node_distances, previous_vertices = dijkstra(edge_graph, directed=False, indices=0, return_predecessors=True)
-    total_lengths = node_distances[1 + nodes :] + np.hypot(*(end_points - goal).T)
-    if not np.isfinite(total_lengths).any():
-        return Sequence(np.zeros((0, 2)), False)
-    vertex, sequence = 1 + nodes + int(np.argmin(total_lengths)), []
+    distances, previous_vertices = dijkstra(edge_graph, directed=False, indices=0, return_predecessors=True)
+    total_lengths = distances[first_end:] + lengths_left
+    vertex, path = first_end + int(np.argmin(total_lengths)) if np.isfinite(total_lengths).any() else 0, []
     while vertex != 0:
-        sequence.append(vertex)
+        path.append(vertex)
         vertex = int(previous_vertices[vertex])
-    return Sequence(places[sequence[::-1]], reaches_goal)
+    return path[::-1]

@@ -248,7 +248,7 @@ def sample(pose, twist, target, numbers, samples):
     ):
         put(legs, k, (each.v_x, each.v_y, each.turning, leg_duration))
     sample_count = simulate_legs(
-        Pose(pose[0], pose[1], pose[2]), current_velocity, legs, (limits, lever, spacing), samples, leg_starts
+        Pose(pose[0], pose[1], pose[2]), current_velocity, legs, limits, lever, spacing, samples, leg_starts
     )
     command_start, within_grip = leg_starts[1], True
     for k in range(command_start + 1, min(sample_count, len(samples))):
@@ -257,18 +257,18 @@ def sample(pose, twist, target, numbers, samples):
 
 
 @kernel
-def simulate_legs(pose, velocity, legs, drive, samples, leg_starts):
+def simulate_legs(pose, velocity, legs, limits, lever, spacing, samples, leg_starts):
     """The motion of any base over legs, written as samples of a `Motion`; returns their number, room or not.
 
     Args:
         pose, velocity: now.
         legs: shape (k, 4): a velocity that is approached as fast as the limits allow, and for how long, s. The robot
             brakes on a leg that lasts for ever, until it stands; a base that steers keeps its curvature.
-        drive: limits, and of the footprint lever and sampling, m.
+        limits: of the robot.
+        lever, spacing: lever and sampling of the footprint, m.
         samples: shape (n, 6), to be written; the last of many goes into the last row.
         leg_starts: shape (k,), to be written: the index of the sample with which each leg begins.
     """
-    limits, lever, spacing = drive
     speed, rate = body_rates(velocity, limits)
     put(samples, np.int64(0), (pose.x, pose.y, pose.yaw, speed, rate, 0.0))
     sample_count, time = 1, 0.0
@@ -318,7 +318,9 @@ def predict_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Li
         Pose(*map(float, pose)),
         convert_to_velocity(legs[0, :3]),
         legs,
-        (at_once, 0.0, math.inf),
+        at_once,
+        0.0,
+        math.inf,
         end_sample,
         leg_starts,
     )
