@@ -119,11 +119,12 @@ def compute_motion_metrics(
     count = max(round(WINDOW / time_step), 1)
     v, omega = compute_window_means(twists[:, 0], count), compute_window_means(twists[:, 1], count)
     window = count * time_step
+    jerk, yaw_rate_change = np.diff(v, 2) / window**2, np.diff(omega) / window
     return MotionMetrics(
         mean_clearance_m=float(clearances.mean()),
-        jerk_mps3=compute_jerk(v, window),
-        yaw_rate_change_radps2=compute_yaw_rate_change(omega, window),
-        twist_energy_m2ps=compute_twist_energy(v, omega, window, footprint.radius),
+        jerk_mps3=float(np.sqrt(np.mean(jerk**2))) if len(jerk) else 0.0,
+        yaw_rate_change_radps2=float(np.abs(yaw_rate_change).mean()) if len(yaw_rate_change) else 0.0,
+        twist_energy_m2ps=float((v @ v + 0.5 * footprint.radius**2 * (omega @ omega)) * window),
         stops=count_stops(find_top_speed(v, omega, footprint.lever)),
         stuck_s=sum_time_stuck(positions[::count], window),
     )
@@ -133,23 +134,6 @@ def compute_window_means(values: np.ndarray, count: int) -> np.ndarray:
     """Means of consecutive groups of `count` values; an incomplete group at the end is dropped."""
     samples_per_window = len(values) // count
     return values[: samples_per_window * count].reshape(samples_per_window, count).mean(axis=1)
-
-
-def compute_jerk(v: np.ndarray, time_step: float) -> float:
-    """Root mean square of the second difference quotient of the forward speed (n,), m/s^3."""
-    second = np.diff(v, 2) / time_step**2
-    return float(np.sqrt(np.mean(second**2))) if len(second) else 0.0
-
-
-def compute_yaw_rate_change(omega: np.ndarray, time_step: float) -> float:
-    """Mean absolute difference quotient of the yaw rate (n,), rad/s^2."""
-    first = np.diff(omega) / time_step
-    return float(np.abs(first).mean()) if len(first) else 0.0
-
-
-def compute_twist_energy(v: np.ndarray, omega: np.ndarray, time_step: float, robot_radius: float) -> float:
-    """Integral of v^2 + (radius omega)^2/2 over time, m^2/s, of samples (n,)."""
-    return float((v @ v + 0.5 * robot_radius**2 * (omega @ omega)) * time_step)
 
 
 def count_stops(speed: np.ndarray) -> int:

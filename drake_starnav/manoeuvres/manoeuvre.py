@@ -261,12 +261,7 @@ def _search_manoeuvre(pose: np.ndarray, goals: np.ndarray, context: ManoeuvreCon
     chords = _thin_out_chords(context.surroundings.view.chords, pose[:2], outer_radius)
     margin = context.margin + EXTRA_MARGINS[tried_count % len(EXTRA_MARGINS)] * outer_radius
     return search_poses(
-        pose,
-        goals,
-        context.motion_primitives,
-        context.footprint,
-        margin,
-        (chords, context.surroundings.further_views),
+        pose, goals, context.motion_primitives, context.footprint, margin, (chords, context.surroundings.further_views)
     )
 
 
@@ -296,9 +291,4 @@ def _thin_out_chords(chords: Chords, place: np.ndarray, outer_radius: float) -> 
     cells = np.floor(middle[near_chords] / (SPACING * CELL * outer_radius)).astype(np.int64)
     _, first = np.unique(cells @ (1 << 32, 1), return_index=True)  # of the places in a cell
     kept_chords = near_chords[np.sort(first)]
-    return Chords(
-        chords.ends[kept_chords],
-        chords.is_surface[kept_chords],
-        chords.occludes[kept_chords],
-        chords.center,
-    )
+    return Chords(chords.ends[kept_chords], chords.is_surface[kept_chords], chords.occludes[kept_chords], chords.center)

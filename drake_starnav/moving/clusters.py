@@ -40,32 +40,21 @@ def find_clusters(scan: LaserScan, is_doubtful: np.ndarray, may_start: np.ndarra
     return clusters[clusters[:, 1] >= FEWEST_BEAMS]
 
 
-@kernel
-def split_at_peaks(distance, whole_runs):
-    """Runs (k, 2), split at the peaks of the range."""
-    n = len(distance)
-    split_runs, run_count, runs_to_split = np.empty((n, 2), np.int64), 0, [(0, 0)][:0]
-    least_before, least_after = np.empty(n), np.empty(n)
-    for first, count in whole_runs:
-        runs_to_split.append((first, count))
-        while runs_to_split:
-            first_beam, beam_count = runs_to_split.pop()
-            peak_height, split_index = -np.inf, 0
-            for i in range(beam_count):
-                d = distance[(first_beam + i) % n]
-                least_before[i] = min(least_before[i - 1], d) if i else d
-            for i in range(beam_count - 1, -1, -1):
-                d = distance[(first_beam + i) % n]
-                least_after[i] = min(least_after[i + 1], d) if i < beam_count - 1 else d
-                if d - max(least_before[i], least_after[i]) >= peak_height:
-                    peak_height, split_index = d - max(least_before[i], least_after[i]), i + 1
-            if beam_count >= 2 * FEWEST_BEAMS and peak_height >= PARTING_HEIGHT:
-                runs_to_split.append(((first_beam + split_index) % n, beam_count - split_index))
-                runs_to_split.append((first_beam, split_index))
-            else:
-                split_runs[run_count, 0], split_runs[run_count, 1] = first_beam, beam_count
-                run_count += 1
-    return split_runs[:run_count]
+def split_at_peaks(distance: np.ndarray, runs: np.ndarray) -> np.ndarray:
+    """Runs (k, 2), split at the peaks of the range, (n,), m."""
+    split_runs, runs_to_split = [], runs[::-1].tolist()
+    while runs_to_split:
+        first_beam, beam_count = runs_to_split.pop()
+        ranges = distance[(first_beam + np.arange(beam_count)) % len(distance)]
+        least_before, least_after = np.minimum.accumulate(ranges), np.minimum.accumulate(ranges[::-1])[::-1]
+        heights = ranges - np.maximum(least_before, least_after)
+        peak = int(heights.argmax())
+        if beam_count >= 2 * FEWEST_BEAMS and heights[peak] >= PARTING_HEIGHT:
+            runs_to_split.append([(first_beam + peak + 1) % len(distance), beam_count - peak - 1])
+            runs_to_split.append([first_beam, peak + 1])
+        else:
+            split_runs.append([first_beam, beam_count])
+    return np.array(split_runs, np.int64).reshape(-1, 2)
 
 
 @kernel

@@ -333,20 +333,20 @@ def find_remembered_tracks(rows: Rows, matched_tracks: np.ndarray, scan: LaserSc
 
 def begin_rows(clusters: Clusters, time: float, max_speed: float) -> Rows:
     """The rows of tracks that begin with clusters, at a time, s, of obstacles that are no faster than `max_speed`."""
-    zero = np.zeros(len(clusters.radius))
-    variance = np.column_stack((zero + FIRST_SPREAD**2, zero, zero + (FIRST_SPEED_SHARE * max_speed) ** 2))
+    zeros, zero_vectors = np.zeros(len(clusters.radius)), np.zeros_like(clusters.center)
+    variance = np.column_stack((zeros + FIRST_SPREAD**2, zeros, zeros + (FIRST_SPEED_SHARE * max_speed) ** 2))
     return Rows(
         position=clusters.center.copy(),
-        velocity=np.zeros_like(clusters.center),
+        velocity=zero_vectors,
         radius=clusters.radius.copy(),
         variance=variance,
-        scan_count=np.ones(len(zero), np.int64),
-        last_seen=zero + time,
-        moving_share=zero.copy(),
-        recent_top_speed=zero.copy(),
-        first_seen=zero + time,
-        mean_velocity=np.zeros_like(clusters.center),
-        aspect_rate=zero.copy(),
+        scan_count=np.ones(len(zeros), np.int64),
+        last_seen=zeros + time,
+        moving_share=zeros.copy(),
+        recent_top_speed=zeros.copy(),
+        first_seen=zeros + time,
+        mean_velocity=zero_vectors.copy(),
+        aspect_rate=zeros,
     )
 
 
@@ -399,14 +399,9 @@ def continue_rows(
     sensor_position: np.ndarray,
     parameters: DynamicObstacleParameters,
 ) -> Rows:
-    """The predicted rows of n tracks, corrected by the clusters that continue them.
+    """The predicted rows of n tracks, corrected by the n clusters that continue them.
 
-    Args:
-        rows, clusters: n of each.
-        last_tracks: all tracks after the scan before.
-        last_position: where these n were then, shape (n, 2), W, m.
-        time, sensor_position: when, s, and where, shape (2,), W, m, the scan was taken.
-        parameters: max_speed and max_radius.
+    The scan was taken at a time, s, from a place (2,). Of `last_tracks`, these were at places (n, 2); W, m.
     """
     duration = time - last_tracks.time
     fit = fit_discs(rows, clusters, sensor_position, parameters.max_radius)

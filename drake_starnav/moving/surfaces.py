@@ -64,29 +64,20 @@ def _find_continuing(
     return continues_surface
 
 
-@kernel
-def find_runs(is_chosen, continues_surface):
+def find_runs(is_chosen: np.ndarray, continues_surface: np.ndarray) -> np.ndarray:
     """Runs of `is_chosen` beams (n,) of which each continues the one before, as from `find_continuing`.
 
     Returns:
         The first beam of each and how many they are, shape (k, 2); after the last beam of a scan comes the first.
     """
-    n = len(is_chosen)
-    found_runs, run_count, first_beam = np.empty((n, 2), np.int64), 0, 0
-    while first_beam < n and not (
-        is_chosen[first_beam] and not (continues_surface[first_beam] and is_chosen[first_beam - 1])
-    ):
-        first_beam += 1
-    first_beam %= n  # none begins: there is none, or one all around
-    beam_count = 0
-    for m in range(first_beam, first_beam + n):
-        k, next_beam = m % n, (m + 1) % n
-        if is_chosen[k]:
-            beam_count += 1
-            if m + 1 == first_beam + n or not (is_chosen[next_beam] and continues_surface[next_beam]):
-                found_runs[run_count, 0], found_runs[run_count, 1] = (m + 1 - beam_count) % n, beam_count
-                run_count, beam_count = run_count + 1, 0
-    return found_runs[:run_count]
+    n, continues_run = len(is_chosen), continues_surface & is_chosen & np.roll(is_chosen, 1)
+    if n and continues_run.all():  # one all around
+        return np.array(((0, n),))
+    first_beams = np.flatnonzero(is_chosen & ~continues_run)
+    last_beams = np.flatnonzero(is_chosen & ~np.roll(continues_run, -1))
+    if len(last_beams) and last_beams[0] < first_beams[0]:
+        last_beams = np.roll(last_beams, -1)
+    return np.column_stack((first_beams, (last_beams - first_beams) % max(n, 1) + 1))
 
 
 def measure_chords(scan: LaserScan, runs: np.ndarray) -> np.ndarray:

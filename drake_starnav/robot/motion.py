@@ -315,13 +315,6 @@ def predict_pose(pose: np.ndarray, pending: np.ndarray, delay: float, limits: Li
     at_once = limits._replace(max_acceleration=math.inf, max_deceleration=math.inf, max_yaw_acceleration=math.inf)
     leg_starts, end_sample = np.empty(len(legs), np.int64), np.empty((1, 6))
     simulate_legs(
-        Pose(*map(float, pose)),
-        convert_to_velocity(legs[0, :3]),
-        legs,
-        at_once,
-        0.0,
-        math.inf,
-        end_sample,
-        leg_starts,
+        Pose(*map(float, pose)), convert_to_velocity(legs[0, :3]), legs, at_once, 0.0, math.inf, end_sample, leg_starts
     )
     return end_sample[0, :3]
