@@ -56,7 +56,8 @@ def test_a_way_is_closed_at_its_narrowest_place_ahead():
 def test_of_many_exits_that_are_closed_in_one_update_none_is_the_next(monkeypatch):
     """As if the robot stood at each exit that it chooses, and hits hid what is behind it."""
     pillars = [(1.5 * np.cos(turn), 1.5 * np.sin(turn), 0.1) for turn in np.linspace(0.0, 2.0 * np.pi, 12)]
-    now = moment_at(World("pillars", (0, 0, 0), (9, 0), cylinders=pillars), np.zeros(3), np.random.default_rng(0), 0.0)
+    pillars_world = World("pillars", (0, 0, 0), (9, 0), cylinders=pillars)
+    now = planner_input(cast(pillars_world, np.zeros(3)), np.zeros(3), pillars_world.goal)
     state = plan_step(PlannerState.initial(PARAMETERS, RADIUS), now)
     closed_ways = []
     monkeypatch.setattr(planner, "is_at_unseen_exit", lambda *_: True)

@@ -8,7 +8,6 @@ from drake_starnav.geometry.trajectory import Motion
 from drake_starnav.utils.resources import find_model_path
 from drake_starnav.visualization.plot import draw_moment
 from drake_starnav.visualization.tracks import COLORS, RobotTrack, record_tracks
-from drake_starnav.worlds.world import World
 from tests.helpers.camera import plotted
 
 WORLD = World("empty", (0.0, 0.0, 0.0), (2.0, 0.0), bounds=(-2.0, -2.0, 2.0, 2.0))
