@@ -121,10 +121,12 @@ def _trace_rays(
     for count, (beams, pose) in enumerate((*current_beams, *past_beams), 1):
         outline, thin_obstacles = _cross_view(beams, pose, is_past=count > len(current_beams))
         outlines.append(outline)
-        _stop_at_hits(outline, seen_range, distance, end)
-        _stop_at_hits(thin_obstacles, seen_range, distance, end)
+        _stop_rays(outline, UNKNOWN, seen_range, distance, end)
+        _stop_rays(thin_obstacles, UNKNOWN, seen_range, distance, end)
         if count >= len(current_beams):
             seen_range = _follow_rays(outlines, np.maximum(seen_range, own_reach))
+    for outline in outlines:  # a moving obstacle ends a ray only where no view sees on
+        _stop_rays(outline, DYNAMIC, seen_range, distance, end)
     return np.minimum(seen_range, distance), np.where(seen_range < distance, OPEN, end)
 
 
@@ -138,7 +140,7 @@ def _cross_view(beams: Beams, pose: np.ndarray, *, is_past: bool) -> tuple[Cross
     motions = np.where(kinds & MAPPABLE == 0, UNKNOWN, np.where(kinds & MAY_LEAVE != 0, STANDING, STATIC))
     ends = np.where(kinds & HIT != 0, motions, np.where(kinds & MOVING != 0, DYNAMIC, OPEN)).astype(np.int8)
     if is_past:
-        ends[(ends >= UNKNOWN) | (distances > beams.certain_range)] = OPEN
+        ends[(ends == UNKNOWN) | ((ends <= STANDING) & (distances > beams.certain_range))] = OPEN
         distances = np.minimum(distances, beams.certain_range)
     vertices, edge_ends = _outline_view(beams, distances, ends)
     x, y = transform_points(pose, beams.directions * distances[:, None]).T
@@ -200,11 +202,11 @@ def _cross_edges(vertices, ends):
 
 
 @kernel
-def _stop_at_hits(crossings, least_distance, distance, end):
-    """Let rays end at what was hit, no nearer than a least distance; all three are of shape (BEARINGS,)."""
-    for ray, hit_distance, hit_end in zip(crossings.rays, crossings.distances, crossings.ends):  # noqa: B905
-        if hit_end != OPEN and least_distance[ray] <= hit_distance < distance[ray]:
-            distance[ray], end[ray] = hit_distance, hit_end
+def _stop_rays(crossings, last_end, least_distance, distance, end):
+    """Let rays end where they meet something up to `last_end`, no nearer than a least distance; shape (BEARINGS,)."""
+    for ray, crossing_distance, crossed_end in zip(crossings.rays, crossings.distances, crossings.ends):  # noqa: B905
+        if crossed_end <= last_end and least_distance[ray] <= crossing_distance < distance[ray]:
+            distance[ray], end[ray] = crossing_distance, crossed_end
 
 
 def _follow_rays(outlines: Sequence[Crossings], start: np.ndarray) -> np.ndarray:
