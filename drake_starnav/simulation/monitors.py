@@ -13,8 +13,7 @@ from drake_starnav.geometry.footprint import Footprint, disc, find_top_speed
 from drake_starnav.geometry.trajectory import STANDING
 from drake_starnav.navigation import Navigation
 from drake_starnav.planning import PlannerStatus
-from drake_starnav.station.drive_check import check_drive
-from drake_starnav.station.monitors import CollisionMonitor
+from drake_starnav.station.monitors import CollisionMonitor, check_drive
 from drake_starnav.station.navigation_station import simulated
 from drake_starnav.station.plant import evaluate_port
 from drake_starnav.systems.connecting import connect_inputs

@@ -70,7 +70,7 @@ class Station:
     @property
     def geometry_query(self) -> OutputPort:
         """The port of the scene."""
-        return self.scene_graph.get_query_output_port()
+        return self.GetOutputPort("cheat.geometry_query")
 
     def GetOutputPort(self, name: str) -> OutputPort:
         """The port of a name in `list_station_outputs`."""
@@ -78,7 +78,9 @@ class Station:
             return self.plant.get_state_output_port(self.robot_model)
         if name == "cheat.contact_results":
             return self.plant.get_contact_results_output_port()
-        return self.geometry_query if name == "cheat.geometry_query" else self.robot_interface.GetOutputPort(name)
+        if name == "cheat.geometry_query":
+            return self.scene_graph.get_query_output_port()
+        return self.robot_interface.GetOutputPort(name)
 
     def GetInputPort(self, name: str) -> InputPort:
         """The port of that name, as in `NavigationStation`."""
