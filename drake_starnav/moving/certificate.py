@@ -33,7 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_starnav.geometry.compiled import kernel, put
+from drake_starnav.geometry.compiled import kernel
 from drake_starnav.geometry.footprint import find_top_speed, measure_gap_to_disc
 from drake_starnav.moving.kalman_tracks import Tracks
 from drake_starnav.moving.parameters import DynamicObstacleParameters
@@ -113,35 +113,23 @@ def find_reachable_discs(
 ) -> np.ndarray:
     """Return the `emergence_discs` that a braking robot must keep clear of, (n, 6), at the time of the tracks.
 
-    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake.
+    Columns: position, m, velocity, m/s, growth of its radius, m/s, and radius, m, with the room to brake. Discs of
+    trusted tracks come last.
 
     Args:
         tracks: of the last scan.
         parameters: what is declared.
         position, reach: only discs whose edge is within `reach` (m) of a place (2,).
     """
-    declared_limits = parameters.caution, parameters.max_speed, parameters.stopping_distance
-    numbers = map(
-        float, (*declared_limits, position[0], position[1], reach)
-    )  # a whole one would have all compiled again
-    return _find_reachable_discs(*tracks.emergence_discs, tracks.is_trusted, tracks.velocity, *numbers)
-
-
-@kernel
-def _find_reachable_discs(places, hit_track, is_trusted, velocity, caution, max_speed, stopping, x, y, reach):
-    """Return the loop of `find_reachable_discs`; discs of tracks that are trusted come last."""
-    discs, n, trusted_share = np.empty((len(places), 6)), 0, 1.0 - caution
-    for is_trusted_disc in (False, True):
-        for k in range(len(places)):
-            px, py, radius = places[k, 0], places[k, 1], places[k, 2] + stopping
-            track = hit_track[k] if hit_track[k] >= 0 and is_trusted[hit_track[k]] else -1
-            if (track >= 0) == is_trusted_disc and math.hypot(px - x, py - y) - radius < reach:
-                put(discs, n, (px, py, 0.0, 0.0, max_speed, radius))
-                if is_trusted_disc:
-                    discs[n, VX], discs[n, VY] = trusted_share * velocity[track, 0], trusted_share * velocity[track, 1]
-                    discs[n, GROWTH] = caution * max_speed
-                n += 1
-    return discs[:n]
+    (places, hit_track), caution, max_speed = tracks.emergence_discs, parameters.caution, parameters.max_speed
+    is_trusted = np.append(tracks.is_trusted, False)[hit_track]  # the last one is of hits without a track, -1
+    velocity = np.vstack((tracks.velocity, np.zeros(2)))[hit_track]
+    radius = places[:, 2] + parameters.stopping_distance
+    growth = np.where(is_trusted, caution * max_speed, max_speed)
+    trusted_velocity = np.where(is_trusted[:, None], (1.0 - caution) * velocity, 0.0)
+    is_near = np.hypot(places[:, 0] - position[0], places[:, 1] - position[1]) - radius < reach
+    rows = np.concatenate((np.flatnonzero(is_near & ~is_trusted), np.flatnonzero(is_near & is_trusted)))
+    return np.column_stack((places[:, :2], trusted_velocity, growth, radius))[rows]
 
 
 @kernel
