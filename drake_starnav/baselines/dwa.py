@@ -106,7 +106,7 @@ def _choose_best_twist(twist, goal, points, limits, radius):
 
 @leaf
 def _find_window(v, omega, goal_distance, limits):
-    """The least and the largest v and omega of the twists within reach from which the robot can stop at the goal."""
+    """Return the least and largest v, and omega, of twists within reach from which the robot can stop at the goal."""
     v_low = min(max(v - limits.max_deceleration * PERIOD, 0.0), limits.max_speed)
     stopping = math.sqrt(2.0 * limits.max_deceleration * goal_distance)
     v_high = max(min(v + limits.max_acceleration * PERIOD, limits.max_speed, stopping), v_low)
@@ -116,7 +116,7 @@ def _find_window(v, omega, goal_distance, limits):
 
 @leaf
 def _find_heading_error(goal_ahead, goal_left, turn, length):
-    """The angle to the goal, rad, at the end of an arc from the origin along x with a turn, rad, and a length, m."""
+    """Return the angle to the goal, rad, at the end of an arc along x with a turn, rad, and a length, m."""
     cosine, sine = math.cos(turn), math.sin(turn)
     x_goal, y_goal = goal_ahead - length, goal_left
     if abs(turn) >= 1e-9:

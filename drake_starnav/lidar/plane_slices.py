@@ -244,7 +244,7 @@ def _multiply(q, v):
 
 @leaf
 def _cut_quadric(q, plane, normal, height):
-    """The conic of a quadric whose centre is so high above the plane, d from the centre's projection, m."""
+    """Return the conic of a quadric whose centre is so high above the plane, m, with d from the centre's projection."""
     e1, e2 = plane[0], plane[1]
     M1, M2 = _multiply(q, e1), _multiply(q, e2)  # of p - c = d - height normal
     c = height * height * _along(_multiply(q, normal), normal) - 1.0
@@ -254,9 +254,9 @@ def _cut_quadric(q, plane, normal, height):
 
 @leaf
 def _enclose_conic(conic):
-    """Centre and radius of the circle around a conic, infinite if it is no ellipse, and whether the conic is a circle.
+    """Return the circle around a conic, its centre and radius, infinite if it is no ellipse, and what is inside.
 
-    Between the last two, minus the least value of the quadratic form; not positive if the conic is empty.
+    That is minus the least value of the quadratic form, not positive if the conic is empty; and whether it is a circle.
     """
     trace, determinant = conic.a00 + conic.a11, conic.a00 * conic.a11 - conic.a01 * conic.a01
     if not determinant > 1e-12 * trace * trace:
@@ -270,7 +270,7 @@ def _enclose_conic(conic):
 
 @leaf
 def _cut_across(conic, u0, u1):
-    """The quadratic coefficient of a conic across a direction, and minus the place of its middle there."""
+    """Return the quadratic coefficient of a conic across a direction, and minus the place of its middle there."""
     across = conic.a00 * u1 * u1 - 2.0 * conic.a01 * u0 * u1 + conic.a11 * u0 * u0
     return across, (conic.b0 * u1 - conic.b1 * u0) / across
 

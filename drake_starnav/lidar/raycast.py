@@ -135,7 +135,7 @@ def cast_rolling(groups, begin, end, fan, ranges, reach):
 
 @kernel
 def _cast_rolling_rows(rows, begin, end, fan, ranges, reach):
-    """The same for one group of shapes."""
+    """Do the same for one group of shapes."""
     beams, circle = len(ranges), 2.0 * math.pi
     turn = (end[2] - begin[2] + math.pi) % circle - math.pi
     step = max(fan.increment + (-turn if fan.clockwise else turn) / beams, _PAD)  # of the beams' bearings
@@ -161,7 +161,7 @@ def _cast_rolling_rows(rows, begin, end, fan, ranges, reach):
 
 @kernel
 def _place_beams(begin, end, turn, beams, clockwise):
-    """The `Place` of the sensor at each beam of a sweep between two poses that turns it by `turn`, shape (beams, 4)."""
+    """Return the `Place` of the sensor at each beam of a sweep between two poses, by a turn, shape (beams, 4)."""
     places = np.empty((beams, 4))
     for i in range(beams):
         share_left = i / beams if clockwise else 1.0 - (i + 1.0) / beams  # of the sweep, at this beam
@@ -173,7 +173,7 @@ def _place_beams(begin, end, turn, beams, clockwise):
 
 @leaf
 def _meets_segment(row, place, direction):
-    """Whether the line of a beam of this direction in S passes between the ends of a segment."""
+    """Return whether the line of a beam of this direction in S passes between the ends of a segment."""
     (ax, ay, ex, ey), ux, uy = _transform_segment(row, place), direction[0], direction[1]
     one, other = ax * uy - ay * ux, (ax + ex) * uy - (ay + ey) * ux  # how far the ends are to the right of the beam
     slack = _PAD * (abs(ax) + abs(ay) + abs(ex) + abs(ey))
@@ -231,7 +231,7 @@ def _cast_shape(row, place, directions, i0, i1, ranges):
 
 @leaf
 def _rotate(x, y, place):
-    """A vector in S."""
+    """Return a vector in S."""
     return place.cosine * x + place.sine * y, place.cosine * y - place.sine * x
 
 
@@ -245,7 +245,7 @@ def _transform_segment(row, place):
 
 @leaf
 def _cast_conic(row, place, directions, i0, i1, ranges):
-    """The same with a clipped conic."""
+    """Do the same with a clipped conic."""
     # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
     cy, sy = place.cosine, place.sine
     dx, dy = _rotate(row[0] - place.x, row[1] - place.y, place)

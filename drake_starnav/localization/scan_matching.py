@@ -315,30 +315,30 @@ def match_scan(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: 
         speed=speed,
         last=match.keyframe_index,
     )
-    place_distance, fits = np.hypot(*(scan_map.places - pose[:2]).T), match.share >= GOOD_SHARE
+    place_distance = np.hypot(*(scan_map.places - pose[:2]).T)
     if (place_distance[keyframes_in_view] > SPACING * error.body).all() or (
-        not fits and place_distance[-1] > LEAST_SPACING * error.body
+        match.share < GOOD_SHARE and place_distance[-1] > LEAST_SPACING * error.body
     ):
-        next_map = _add_keyframe(next_map, Keyframe.of(scan, pose, travel, error), not fits)
+        next_map = _add_keyframe(next_map, Keyframe.of(scan, pose, travel, error), match.share < GOOD_SHARE)
     return next_map
 
 
 def _begin_map(scan_map: ScanMap, scan: LaserScan, odometry: np.ndarray, error: OdometryError) -> ScanMap:
-    """The map with its first keyframe; arguments as of `match_scan`."""
+    """Return the map with its first keyframe; arguments as of `match_scan`."""
     travel = Travel(np.array(odometry, dtype=float))
     keyframe = Keyframe.of(scan, scan_map.correct_pose(odometry), travel, error)
     return _add_keyframe(replace_fields(scan_map, travel=travel, time=scan.time), keyframe, True)
 
 
 def _add_keyframe(scan_map: ScanMap, keyframe: Keyframe, is_last: bool) -> ScanMap:
-    """The map with one more keyframe, which may be the one with which the last scan was aligned."""
+    """Return the map with one more keyframe, which may be the one with which the last scan was aligned."""
     keyframes, places = (*scan_map.keyframes, keyframe), np.vstack((scan_map.places, keyframe.pose[:2]))
     last = len(keyframes) - 1 if is_last else scan_map.last
     return replace_fields(scan_map, keyframes=keyframes, places=places, last=last)
 
 
 def _is_still(step: Place, body: float) -> bool:
-    """Whether a step of the odometry is too short for an alignment, of a robot with this cover radius, m."""
+    """Return whether a step of the odometry is too short for an alignment, of a robot with this cover radius, m."""
     return math.hypot(step[0], step[1]) < STILL_DISTANCE * body and abs(step[2]) < STILL_HEADING
 
 

@@ -370,7 +370,7 @@ def _end_at_goal(tree, queue, n, count, goal, reach, space, is_leaving, is_start
 
 @kernel
 def _try_moves(tree, queue, n, count, goals, primitives, cost_to_go, space, is_leaving, is_start):
-    """Queue the poses after all moves from pose n that are free and cheap; returns the same as `_end_at_goal`."""
+    """Queue the poses after all moves from pose n that are free and cheap; return the same as `_end_at_goal`."""
     first_count, checks = count, 0
     for m in range(len(primitives.usual) + (len(primitives.first) if is_start else 0)):
         is_usual = m < len(primitives.usual)

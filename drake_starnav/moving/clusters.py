@@ -41,7 +41,7 @@ def find_clusters(scan: LaserScan, is_doubtful: np.ndarray, may_start: np.ndarra
 
 
 def split_at_peaks(distance: np.ndarray, runs: np.ndarray) -> np.ndarray:
-    """Runs (k, 2), split at the peaks of the range, (n,), m."""
+    """Return runs (k, 2), split at the peaks of the range, (n,), m."""
     split_runs, runs_to_split = [], runs[::-1].tolist()
     while runs_to_split:
         first_beam, beam_count = runs_to_split.pop()
@@ -59,7 +59,7 @@ def split_at_peaks(distance: np.ndarray, runs: np.ndarray) -> np.ndarray:
 
 @kernel
 def estimate_discs(beams, runs, points, sensor_position, max_radius):
-    """The discs that c clusters show by themselves: centre (c, 2), radius, least range, m, and whether each is whole.
+    """Return the discs that c clusters show by themselves: centre (c, 2), radius, least range, m, and `is_whole`.
 
     A disc at least distance d that spans the angle 2 alpha has radius d sin(alpha) / (1 - sin(alpha)). It is whole if
     both its sides are in view: nothing nearer hides them, and they would not be out of the lidar's range.

@@ -173,7 +173,7 @@ class Rows(NamedTuple):
     aspect_rate: np.ndarray
 
     def select(self, indices: np.ndarray) -> "Rows":
-        """Copies of some rows, by their indices (k,)."""
+        """Return copies of some rows, by their indices (k,)."""
         return Rows(*(column[indices] for column in self))
 
 
@@ -200,7 +200,7 @@ class Clusters(NamedTuple):
     def of(
         scan: LaserScan, beam_motion: BeamMotion, points: np.ndarray, sensor_position: np.ndarray, max_radius: float
     ) -> "Clusters":
-        """Those of a scan that was taken at a place (2,), whose beams end at points (n, 2), W, m."""
+        """Return those of a scan that was taken at a place (2,), whose beams end at points (n, 2), W, m."""
         runs = find_clusters(scan, beam_motion.motion != STATIC, beam_motion.may_start, max_radius)
         beams = [(first_beam + np.arange(beam_count)) % len(points) for first_beam, beam_count in runs.tolist()]
         moving_share = np.array([beam_motion.newly_occupied[each].mean() for each in beams])
@@ -208,7 +208,7 @@ class Clusters(NamedTuple):
         return Clusters(beams, [points[each] for each in beams], moving_share, *discs)
 
     def select(self, indices: np.ndarray) -> "Clusters":
-        """Some of them, by their indices (k,)."""
+        """Return some of them, by their indices (k,)."""
         beams, points = [self.beams[c] for c in indices], [self.points[c] for c in indices]
         return Clusters(beams, points, *(column[indices] for column in self[2:]))
 
@@ -247,7 +247,7 @@ def update_tracks(
 
 
 def report_motion(tracks: Tracks, hit_track: np.ndarray, beam_motion: BeamMotion) -> np.ndarray:
-    """The motion state of each beam, shape (n,), of which the track that it belongs to is known, or -1, (n,)."""
+    """Return the motion state of each beam, shape (n,), by the track that it belongs to, (n,), -1 for none."""
     motion = beam_motion.motion
     reported_motion = np.where(beam_motion.may_start & (motion == STATIC), STANDING, motion)
     if len(tracks):
@@ -261,7 +261,7 @@ def report_motion(tracks: Tracks, hit_track: np.ndarray, beam_motion: BeamMotion
 def update_rows(
     tracks: Tracks, clusters: Clusters, scan: LaserScan, pose: np.ndarray, parameters: DynamicObstacleParameters
 ) -> Rows:
-    """The rows of tracks that are remembered although the scan does not show them, and then one for each cluster.
+    """Return the rows of tracks that are remembered, though the scan does not show them, then one for each cluster.
 
     A cluster continues the track that is predicted nearest to it, or begins one. Arguments as of `update_tracks`.
     """
@@ -287,22 +287,22 @@ def update_rows(
 
 
 def predict_rows(rows: Rows, duration: float) -> Rows:
-    """The rows after a time, s."""
+    """Return the rows after a time, s."""
     p, c, v = rows.variance.T
     variance = (p + 2.0 * duration * c + duration * duration * v, c + duration * v, v + AGILITY**2 * duration)
     return rows._replace(position=rows.position + rows.velocity * duration, variance=np.column_stack(variance))
 
 
 def compute_association_gates(rows: Rows, time: float) -> np.ndarray:
-    """How far from the prediction of each track a cluster may continue it, shape (n,), m."""
+    """Return how far from the prediction of each track a cluster may continue it, shape (n,), m."""
     gates = GATE + GATE_SPEED * (time - rows.last_seen)
     return np.minimum(gates + np.where(rows.scan_count < CONFIRMED_AFTER, GATE_NEW, 0.0), GATE_WIDEST)
 
 
 def match_tracks(centers: np.ndarray, predicted_places: np.ndarray, gates: np.ndarray) -> np.ndarray:
-    """The track that each cluster with a centre of (c, 2) continues, the nearest pairs first, shape (c,); -1 for none.
+    """Return the track that each cluster continues, the nearest pairs first, shape (c,); -1 for none.
 
-    No track, predicted at a place of (n, 2), continues with a cluster beyond its gate; W, m.
+    No track, predicted at a place of (n, 2), continues with a cluster of centres (c, 2) that is beyond its gate; W, m.
     """
     offsets = centers[:, None] - predicted_places
     distances, matched_tracks = np.hypot(offsets[..., 0], offsets[..., 1]), np.full(len(centers), -1)
@@ -315,9 +315,9 @@ def match_tracks(centers: np.ndarray, predicted_places: np.ndarray, gates: np.nd
 
 
 def find_remembered_tracks(rows: Rows, matched_tracks: np.ndarray, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-    """Indices of the predicted rows that no cluster continues, as the scan at a pose does not show them, but are kept.
+    """Return the indices of the predicted rows that no cluster continues, but that are kept for a while.
 
-    Shorter if the scan does not look at their places, or sees past them.
+    That is shorter if the scan, at a pose of S in W, does not look at their places, or sees past them.
     """
     distance, beam = scan.polar(rows.position, pose)
     nearest_beam = (beam + 0.5).astype(int)
@@ -332,7 +332,7 @@ def find_remembered_tracks(rows: Rows, matched_tracks: np.ndarray, scan: LaserSc
 
 
 def begin_rows(clusters: Clusters, time: float, max_speed: float) -> Rows:
-    """The rows of tracks that begin with clusters, at a time, s, of obstacles that are no faster than `max_speed`."""
+    """Return the rows of tracks that begin with clusters, at a time, s, of obstacles no faster than `max_speed`."""
     zeros, zero_vectors = np.zeros(len(clusters.radius)), np.zeros_like(clusters.center)
     variance = np.column_stack((zeros + FIRST_SPREAD**2, zeros, zeros + (FIRST_SPEED_SHARE * max_speed) ** 2))
     return Rows(
@@ -376,7 +376,7 @@ def fit_discs(rows: Rows, clusters: Clusters, sensor_position: np.ndarray, max_r
 
 
 def correct_motion(rows: Rows, fit: DiscFit, distance: np.ndarray, max_speed: float) -> Rows:
-    """Rows with the position, velocity and variance of a Kalman filter that measures discs at distances (n,), m."""
+    """Return rows with position, velocity and variance of a Kalman filter that measures discs at distances (n,), m."""
     noise = NOISE + NOISE_PER_RANGE * distance
     p, p_v, v = rows.variance.T
     gain_p, gain_v = p / (p + noise * noise), p_v / (p + noise * noise)
@@ -399,7 +399,7 @@ def continue_rows(
     sensor_position: np.ndarray,
     parameters: DynamicObstacleParameters,
 ) -> Rows:
-    """The predicted rows of n tracks, corrected by the n clusters that continue them.
+    """Return the predicted rows of n tracks, corrected by the n clusters that continue them.
 
     The scan was taken at a time, s, from a place (2,). Of `last_tracks`, these were at places (n, 2); W, m.
     """
@@ -424,6 +424,6 @@ def continue_rows(
 
 
 def _measure_turns_of_sight(targets: np.ndarray, previous_sensor: np.ndarray, sensor: np.ndarray) -> np.ndarray:
-    """The angles by which the lines of sight to places (n, 2) turn as the lidar moves from (2,) to (2,), (n,), rad."""
+    """Return the angles by which the lines of sight to places (n, 2) turn as the lidar moves, shape (n,), rad."""
     (a, b), (c, d) = (targets - previous_sensor).T, (targets - sensor).T
     return np.array([math.atan2(*sides) for sides in zip(a * d - b * c, a * c + b * d, strict=True)])

@@ -148,17 +148,17 @@ class OccupancyHistory:
         return OccupancyHistory(grid.first, first_hit, last_hit, seen_free, large)
 
     def _find_hit_cells(self, scan: LaserScan, pose: np.ndarray) -> np.ndarray:
-        """Row and column of the cell in which each beam ends, shape (n, 2)."""
+        """Return row and column of the cell in which each beam ends, shape (n, 2)."""
         end_points = scan.points_at(scan.distances, np.ones(len(scan.ranges), bool), pose)
         return np.floor(end_points / CELL).astype(np.int64) - self.first
 
     def _are_inside(self, cells: np.ndarray, border: int = 0) -> np.ndarray:
-        """Which cells (n, 2) are of the grid without a border of this many cells, shape (n,)."""
+        """Return which cells (n, 2) are of the grid without a border of this many cells, shape (n,)."""
         return ((border <= cells) & (cells < len(self.first_hit) - border)).all(axis=1)
 
 
 def _find_static_surfaces(scan: LaserScan, is_standing: np.ndarray, is_inside: np.ndarray, width: float) -> np.ndarray:
-    """Which beams hit a connected surface of which a part certainly stands, or, inside the grid, that is too wide."""
+    """Return which beams hit a surface of which a part certainly stands, or, inside the grid, that is too wide."""
     is_static, n = np.zeros(len(is_standing), bool), len(is_standing)
     continues_surface = find_continuing(scan, scan.hits)
     runs = find_runs(scan.hits, continues_surface)
@@ -172,7 +172,7 @@ def _find_static_surfaces(scan: LaserScan, is_standing: np.ndarray, is_inside: n
 
 
 def _has_neighbour(is_chosen: np.ndarray) -> np.ndarray:
-    """Whether a beam beside is chosen, of all of a scan, (n,): an obstacle is hit by two beams at least."""
+    """Return whether a beam beside is chosen, of all of a scan, (n,): an obstacle is hit by two beams at least."""
     return np.roll(is_chosen, 1) | np.roll(is_chosen, -1)
 
 
@@ -187,13 +187,13 @@ def _shift_cells(array: np.ndarray, empty_value: float, di: int, dj: int) -> np.
 
 
 def _are_standing(first_hit: np.ndarray, last_hit: np.ndarray, time: float) -> np.ndarray:
-    """Whether cells have been occupied for long enough."""
+    """Return whether cells have been occupied for long enough."""
     age, hit_span = time - first_hit, last_hit - first_hit
     return (first_hit >= 0.0) & (age >= STANDING_AFTER) & (hit_span >= HIT_SHARE * STANDING_AFTER)
 
 
 def _make_extremes(distance: np.ndarray) -> np.ndarray:
-    """Least and greatest distance of 2^k beams from each on, of two turns, shape (2, levels, 2 n)."""
+    """Return least and greatest distance of 2^k beams from each on, of two turns, shape (2, levels, 2 n)."""
     n = len(distance)
     table = np.empty((2, n.bit_length(), 2 * n))
     table[:, 0] = np.tile(distance, 2)
@@ -222,7 +222,7 @@ def _find_extremes(table, first, last):
 
 @leaf
 def _is_known_free(first_hit, seen_free, large, i, j, side):
-    """Whether all cells of the square at (i, j) are known to be free, as they were seen last."""
+    """Return whether all cells of the square at (i, j) are known to be free, as they were seen last."""
     for a in range(i, min(i + side, len(first_hit))):
         for b in range(j, min(j + side, len(first_hit))):
             if not seen_free[a, b] or first_hit[a, b] >= 0.0 or large[a, b]:
@@ -277,7 +277,7 @@ def _note_free_cells(first_hit, seen_free, large, origin, sensor, view, is_full_
 
 @leaf
 def _find_beams_beside(dx, dy, r, spread, view):
-    """The first and the last of the beams of which none may end before a square does that all of them pass.
+    """Return the first and the last of the beams of which none may end before a square does that all of them pass.
 
     That are those through its cells and those beside. Its middle is at (dx, dy), at a distance r, and the middles of
     its cells within `spread` from there, m. The numbers may lie in the turns beside.

@@ -48,14 +48,14 @@ def find_large_surfaces(scan: LaserScan, width: float, range_deviation: float) -
 
 
 def find_continuing(scan: LaserScan, is_hit: np.ndarray) -> np.ndarray:
-    """Which beams of a scan hit the surface that the beam before has hit, shape (n,), of those that hit, (n,), bool."""
+    """Return which beams, of those that hit (n,), hit the surface that the beam before has hit, shape (n,), bool."""
     return _find_continuing(scan.distances, is_hit, math.cos(scan.angle_increment), scan.full_circle)
 
 
 def _find_continuing(
     distance: np.ndarray, is_hit: np.ndarray, cosine: np.ndarray | float, is_full_circle: bool
 ) -> np.ndarray:
-    """The same of distances (n,), m, with the cosine of the angle between each beam and the one before."""
+    """Do the same for distances (n,), m, with the cosine of the angle between each beam and the one before."""
     previous_distance = np.roll(distance, 1)
     farthest = np.maximum(CONNECTED_WITHIN, CONNECTED_PER_RANGE * np.minimum(previous_distance, distance))
     is_near = compute_third_side(previous_distance, distance, cosine) <= farthest
@@ -65,7 +65,7 @@ def _find_continuing(
 
 
 def find_runs(is_chosen: np.ndarray, continues_surface: np.ndarray) -> np.ndarray:
-    """Runs of `is_chosen` beams (n,) of which each continues the one before, as from `find_continuing`.
+    """Return runs of `is_chosen` beams (n,) of which each continues the one before, as from `find_continuing`.
 
     Returns:
         The first beam of each and how many they are, shape (k, 2); after the last beam of a scan comes the first.
@@ -81,7 +81,7 @@ def find_runs(is_chosen: np.ndarray, continues_surface: np.ndarray) -> np.ndarra
 
 
 def measure_chords(scan: LaserScan, runs: np.ndarray) -> np.ndarray:
-    """Distances between the first and the last hit of runs of beams (k, 2), shape (k,), m."""
+    """Return the distances between the first and the last hit of runs of beams (k, 2), shape (k,), m."""
     first_beams, beam_counts = runs.T
     last_beams = (first_beams + beam_counts - 1) % len(scan.ranges)
     cosines = np.array([math.cos(steps * scan.angle_increment) for steps in (beam_counts - 1).tolist()])
@@ -89,7 +89,7 @@ def measure_chords(scan: LaserScan, runs: np.ndarray) -> np.ndarray:
 
 
 def _find_wide_surface(points: np.ndarray, width: float, notch_depth: float) -> np.ndarray:
-    """Which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
+    """Return which of some connected hits, points (k, 2), are on a wide convex surface, shape (k,), bool."""
     is_wide, corners = np.zeros(len(points), bool), find_corners(points, notch_depth)
     begin = 0  # index of the corner that the present surface begins at
     for i in range(1, len(corners)):
@@ -109,12 +109,10 @@ def _find_wide_surface(points: np.ndarray, width: float, notch_depth: float) -> 
 @kernel
 def find_corners(points, tolerance):
     """Indices of the corners that the algorithm of Douglas and Peucker leaves of a polyline (k, 2)."""
-    is_corner, waiting, depth = np.zeros(len(points), np.bool_), np.empty((len(points), 2), np.int64), 1
+    is_corner, waiting = np.zeros(len(points), np.bool_), [(0, len(points) - 1)]
     is_corner[0] = is_corner[-1] = True
-    waiting[0, 0], waiting[0, 1] = 0, len(points) - 1
-    while depth > 0:
-        depth -= 1
-        first_point, last_point = waiting[depth]
+    while waiting:
+        first_point, last_point = waiting.pop()
         ax, ay = points[first_point]
         bx, by = points[last_point]
         farthest = tolerance * tolerance
@@ -125,9 +123,8 @@ def find_corners(points, tolerance):
                 farthest, farthest_point = squared_distance, k
         if farthest_point >= 0:
             is_corner[farthest_point] = True
-            waiting[depth, 0], waiting[depth, 1] = first_point, farthest_point
-            waiting[depth + 1, 0], waiting[depth + 1, 1] = farthest_point, last_point
-            depth += 2
+            waiting.append((first_point, farthest_point))
+            waiting.append((farthest_point, last_point))
     return np.flatnonzero(is_corner)
 
 
