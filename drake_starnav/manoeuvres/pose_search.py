@@ -303,7 +303,7 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
     backwards.
     """
     can_shoot = (primitives.usual[:, 4] == 0.0).any()
-    tree = _plant_tree(starts, MOST_CHECKS + len(primitives.usual) + len(primitives.first) + 3)
+    tree = _begin_tree(starts, MOST_CHECKS + len(primitives.usual) + len(primitives.first) + 3)
     queue, count, checks, expanded_count = [(starts[n, 4], n, False) for n in range(len(starts))], len(starts), 0, 0
     heapq.heapify(queue)
     while len(queue) > 0 and checks < MOST_CHECKS:
@@ -331,7 +331,7 @@ def _expand_poses(starts, goals, primitives, cost_to_go, space, is_leaving):
 
 
 @kernel
-def _plant_tree(starts, room):
+def _begin_tree(starts, room):
     """Return a tree of the starts (m, 5) with room for more poses."""
     room += len(starts)
     best = np.full((SIDE, SIDE, HEADINGS), np.inf, np.float32)

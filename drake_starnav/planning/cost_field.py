@@ -103,10 +103,15 @@ def compute_cost_to_go(
     closed_reach = CLOSURE_RADIUS * params.cover_radius + half_diagonal
     _close(weight, params.failed_places / cell - first_middle + 1.0, closed_reach / cell)
     cost = np.zeros(weight.shape, np.int32)
-    goal_cell = np.clip(np.rint(goal / cell - first_middle).astype(np.int64), 0, np.array(weight.shape) - 3) + 1
-    source_cell = np.full(2, -1) if source is None else np.rint(source / cell - first_middle).astype(np.int64) + 1
+    goal_cell = np.clip(_find_cell(goal, cell, first_middle), 1, np.array(weight.shape) - 2)
+    source_cell = np.full(2, -1) if source is None else _find_cell(source, cell, first_middle)
     search_buckets(weight, cost, tuple(goal_cell.tolist()), tuple(source_cell.tolist()))
     return CostField(cost, weight, first_middle, cell, grid)
+
+
+def _find_cell(place: np.ndarray, cell: float, first_middle: np.ndarray) -> np.ndarray:
+    """Return the indices (i, j) of the cell of a `CostField` that holds a place (2,), W, m."""
+    return np.rint(place / cell - first_middle).astype(np.int64) + 1
 
 
 class _ClearanceLimits(NamedTuple):

@@ -96,13 +96,12 @@ def forget_contradicted(
             gone |= is_seen_through & (width >= RUN_BEAMS)[run]
     if not gone.any():
         return nodes
-    lost_beams = [
-        np.flatnonzero(each)[is_gone]
-        for each, is_gone in zip(hits, np.split(gone, np.cumsum(counts)[:-1]), strict=True)
-    ]
+    gone_hits = np.split(gone, np.cumsum(counts)[:-1])
     return tuple(
-        dataclasses.replace(node, scan=lose_beams(node.scan, each)) if len(each) else node
-        for node, each in zip(nodes, lost_beams, strict=True)
+        dataclasses.replace(node, scan=lose_beams(node.scan, np.flatnonzero(is_hit)[is_gone]))
+        if is_gone.any()
+        else node
+        for node, is_hit, is_gone in zip(nodes, hits, gone_hits, strict=True)
     )
 
 
