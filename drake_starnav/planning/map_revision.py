@@ -87,13 +87,8 @@ def forget_contradicted(
         [node.scan.distances[each] * node.scan.angle_increment for node, each in zip(nodes, hits, strict=True)]
     )
     breaks = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
-    times, gone = np.repeat([node.time for node in nodes], counts), np.zeros(len(points), bool)
-    for observation in observers:
-        free_behind, beam = _measure_free_range(points, observation, CONTRADICTION * cover_radius)
-        is_seen_through = (free_behind > CONTRADICTION * cover_radius) & (times < observation.time)
-        if is_seen_through.any():
-            run, width = _measure_runs(breaks | np.diff(is_seen_through), beam, observation.scan.angle_increment)
-            gone |= is_seen_through & (width >= RUN_BEAMS)[run]
+    times = np.repeat([node.time for node in nodes], counts)
+    gone = _find_hits_seen_through(points, times, breaks, observers, CONTRADICTION * cover_radius)
     if not gone.any():
         return nodes
     gone_hits = np.split(gone, np.cumsum(counts)[:-1])
@@ -103,6 +98,27 @@ def forget_contradicted(
         else node
         for node, is_hit, is_gone in zip(nodes, hits, gone_hits, strict=True)
     )
+
+
+def _find_hits_seen_through(
+    points: np.ndarray, times: np.ndarray, breaks: np.ndarray, observers: Sequence[Observation], slack: float
+) -> np.ndarray:
+    """Return which of n hits (n, 2), W, some later observation saw free space around and behind, by `slack`, m.
+
+    Args:
+        points, times: of the hits, m and s.
+        breaks: shape (n - 1,), whether two neighbours lie on different surfaces.
+        observers: the observations.
+        slack: m.
+    """
+    gone = np.zeros(len(points), bool)
+    for observation in observers:
+        free_behind, beam = _measure_free_range(points, observation, slack)
+        is_seen_through = (free_behind > slack) & (times < observation.time)
+        if is_seen_through.any():
+            run, width = _measure_runs(breaks | np.diff(is_seen_through), beam, observation.scan.angle_increment)
+            gone |= is_seen_through & (width >= RUN_BEAMS)[run]
+    return gone
 
 
 def _measure_runs(breaks: np.ndarray, beam: np.ndarray, increment: float) -> tuple[np.ndarray, np.ndarray]:
