@@ -268,12 +268,12 @@ def update_rows(
     predicted_rows = predict_rows(Rows(*(getattr(tracks, name) for name in Rows._fields)), scan.time - tracks.time)
     gates = compute_association_gates(predicted_rows, scan.time)
     matched_tracks = match_tracks(clusters.center, predicted_rows.position, gates)
-    continued = np.flatnonzero(matched_tracks >= 0)
-    continued_tracks = matched_tracks[continued]
+    continued_clusters = np.flatnonzero(matched_tracks >= 0)
+    continued_tracks = matched_tracks[continued_clusters]
     rows = begin_rows(clusters, scan.time, parameters.max_speed)
     continued_rows = continue_rows(
         predicted_rows.select(continued_tracks),
-        clusters.select(continued),
+        clusters.select(continued_clusters),
         tracks,
         tracks.position[continued_tracks],
         scan.time,
@@ -281,7 +281,7 @@ def update_rows(
         parameters,
     )
     for column, continued_column in zip(rows, continued_rows, strict=True):
-        column[continued] = continued_column
+        column[continued_clusters] = continued_column
     remembered_rows = predicted_rows.select(find_remembered_tracks(predicted_rows, matched_tracks, scan, pose))
     return Rows(*map(np.concatenate, zip(remembered_rows, rows, strict=True)))
 

@@ -81,17 +81,17 @@ def forget_contradicted(
     if not nodes:
         return nodes
     hits = [node.scan.mappable_hits for node in nodes]
-    counts = [np.count_nonzero(each) for each in hits]
+    hit_counts = [np.count_nonzero(each) for each in hits]
     points = np.concatenate([find_mappable_hits(node)[0] for node in nodes])
     spacing = np.concatenate(
         [node.scan.distances[each] * node.scan.angle_increment for node, each in zip(nodes, hits, strict=True)]
     )
-    breaks = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
-    times = np.repeat([node.time for node in nodes], counts)
-    gone = _find_hits_seen_through(points, times, breaks, observers, CONTRADICTION * cover_radius)
-    if not gone.any():
+    surface_ends = np.hypot(*np.diff(points, axis=0).T) > SAME_RUN * np.maximum(spacing[1:], spacing[:-1])
+    hit_times = np.repeat([node.time for node in nodes], hit_counts)
+    is_hit_gone = _find_hits_seen_through(points, hit_times, surface_ends, observers, CONTRADICTION * cover_radius)
+    if not is_hit_gone.any():
         return nodes
-    gone_hits = np.split(gone, np.cumsum(counts)[:-1])
+    gone_hits = np.split(is_hit_gone, np.cumsum(hit_counts)[:-1])
     return tuple(
         dataclasses.replace(node, scan=lose_beams(node.scan, np.flatnonzero(is_hit)[is_gone]))
         if is_gone.any()
@@ -101,38 +101,43 @@ def forget_contradicted(
 
 
 def _find_hits_seen_through(
-    points: np.ndarray, times: np.ndarray, breaks: np.ndarray, observers: Sequence[Observation], slack: float
+    points: np.ndarray, hit_times: np.ndarray, surface_ends: np.ndarray, observers: Sequence[Observation], slack: float
 ) -> np.ndarray:
     """Return which of n hits (n, 2), W, some later observation saw free space around and behind, by `slack`, m.
 
     Args:
-        points, times: of the hits, m and s.
-        breaks: shape (n - 1,), whether two neighbours lie on different surfaces.
+        points, hit_times: of the hits, m and s.
+        surface_ends: shape (n - 1,), whether two neighbours lie on different surfaces.
         observers: the observations.
         slack: m.
     """
-    gone = np.zeros(len(points), bool)
+    is_hit_gone = np.zeros(len(points), bool)
     for observation in observers:
         free_behind, beam = _measure_free_range(points, observation, slack)
-        is_seen_through = (free_behind > slack) & (times < observation.time)
+        is_seen_through = (free_behind > slack) & (hit_times < observation.time)
         if is_seen_through.any():
-            run, width = _measure_runs(breaks | np.diff(is_seen_through), beam, observation.scan.angle_increment)
-            gone |= is_seen_through & (width >= RUN_BEAMS)[run]
-    return gone
+            run_indices, run_widths = _measure_runs(
+                surface_ends | np.diff(is_seen_through), beam, observation.scan.angle_increment
+            )
+            is_hit_gone |= is_seen_through & (run_widths >= RUN_BEAMS)[run_indices]
+    return is_hit_gone
 
 
-def _measure_runs(breaks: np.ndarray, beam: np.ndarray, increment: float) -> tuple[np.ndarray, np.ndarray]:
+def _measure_runs(run_ends: np.ndarray, beam: np.ndarray, increment: float) -> tuple[np.ndarray, np.ndarray]:
     """Return which run each of n hits is in, and how many beams of an observer each run is wide.
 
     Args:
-        breaks: shape (n - 1,), whether a run ends between two neighbours.
+        run_ends: shape (n - 1,), whether a run ends between two neighbours.
         beam: shape (n,), on which of the observer's beams each lies, a real number.
         increment: between two of its beams, rad.
     """
-    run = np.cumsum(np.append(False, breaks))
-    steps = np.abs(np.diff(beam))
-    steps = np.minimum(steps, TURN / increment - steps)
-    return run, np.bincount(run[1:], np.where(run[1:] == run[:-1], steps, 0.0), minlength=run[-1] + 1)
+    run_indices = np.cumsum(np.append(False, run_ends))
+    beam_steps = np.abs(np.diff(beam))
+    beam_steps = np.minimum(beam_steps, TURN / increment - beam_steps)
+    is_same_run = run_indices[1:] == run_indices[:-1]
+    return run_indices, np.bincount(
+        run_indices[1:], np.where(is_same_run, beam_steps, 0.0), minlength=run_indices[-1] + 1
+    )
 
 
 def _measure_free_range(points: np.ndarray, observation: Observation, slack: float) -> tuple[np.ndarray, np.ndarray]:
@@ -224,12 +229,15 @@ def _find_contradicted_regions(union, points, sizes, gap):
 def _reaches_disc(values, bearing, distance, disc, jump):
     """Return whether a region's values (M,) with `jump` reach a disc, at a bearing from sample 0 and a distance, m."""
     samples = len(values)
-    step = 2.0 * math.pi / samples
-    nearest, width = int(math.floor(bearing / step + 0.5)), int(math.asin(disc / distance) / step)
-    for m in range(nearest - width, nearest + width + 1):
+    sample_angle = 2.0 * math.pi / samples
+    nearest_sample, sample_width = (
+        int(math.floor(bearing / sample_angle + 0.5)),
+        int(math.asin(disc / distance) / sample_angle),
+    )
+    for m in range(nearest_sample - sample_width, nearest_sample + sample_width + 1):
         farthest_range = values[m % samples] + jump
         if farthest_range > distance - disc:
-            off_angle = step * (m - nearest)
+            off_angle = sample_angle * (m - nearest_sample)
             half_chord = math.sqrt(max(disc * disc - (distance * math.sin(off_angle)) ** 2, 0.0))
             if farthest_range > distance * math.cos(off_angle) - half_chord:
                 return True
