@@ -154,7 +154,7 @@ class OccupancyHistory:
 
     def _are_inside(self, cells: np.ndarray, border: int = 0) -> np.ndarray:
         """Return which cells (n, 2) are of the grid without a border of this many cells, shape (n,)."""
-        return ((border <= cells) & (cells < len(self.first_hit) - border)).all(axis=1)
+        return np.all((border <= cells) & (cells < len(self.first_hit) - border), axis=1)
 
 
 def _find_static_surfaces(scan: LaserScan, is_standing: np.ndarray, is_inside: np.ndarray, width: float) -> np.ndarray:
