@@ -245,7 +245,7 @@ def _transform_segment(row, place):
 
 @leaf
 def _cast_conic(row, place, directions, i0, i1, ranges):
-    """Do the same with a clipped conic."""
+    """Shorten the ranges of beams i0 to i1 to those of a clipped conic."""
     # Into S: A <- R^T A R, b <- R^T b, m <- R^T m with R the rotation by yaw.
     cy, sy = place.cosine, place.sine
     dx, dy = _rotate(row[0] - place.x, row[1] - place.y, place)

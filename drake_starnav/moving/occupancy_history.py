@@ -29,8 +29,8 @@ RECENTRED_WITHIN = 1.0
 """The grid follows the robot when it is this far from the grid's middle, m."""
 HALF_DIAGONAL = 0.5 * math.sqrt(2.0) * CELL
 """Of a cell, m."""
-BESIDE = np.indices((3, 3)).reshape(2, 9) - 1
-"""What leads from a cell to itself and to those beside it."""
+NEIGHBOURHOOD = np.indices((3, 3)).reshape(2, 9) - 1
+"""Offsets, rows and columns, of a cell and its eight neighbours."""
 SQUARE = 8
 """Cells along a square of the grid that is seen through as a whole, or not; a power of two."""
 NEVER = -1.0
@@ -105,7 +105,7 @@ class OccupancyHistory:
         is_inside = self._are_inside(cells, border=1) & is_hit
         rows, columns = cells[is_inside].T
         was_free[is_inside] = self.seen_free[rows, columns]
-        nearby = rows[:, None] + BESIDE[0], columns[:, None] + BESIDE[1]
+        nearby = rows[:, None] + NEIGHBOURHOOD[0], columns[:, None] + NEIGHBOURHOOD[1]
         is_standing[is_inside] = _are_standing(self.first_hit[nearby], self.last_hit[nearby], scan.time).any(axis=1)
         may_start[is_inside] &= ~self.large[nearby].any(axis=1)
         is_static = _find_static_surfaces(scan, is_standing, is_inside, 2.0 * parameters.max_radius)
@@ -144,7 +144,7 @@ class OccupancyHistory:
         hit_cells = tuple(cells[is_inside].T)
         last_hit[hit_cells] = scan.time
         first_hit[hit_cells] = np.where(first_hit[hit_cells] < 0.0, scan.time, first_hit[hit_cells])
-        large[hit_cells] |= on_large_surface[is_inside]
+        large[tuple(cells[is_inside & on_large_surface].T)] = True  # of several hits in a cell, any
         return OccupancyHistory(grid.first, first_hit, last_hit, seen_free, large)
 
     def _find_hit_cells(self, scan: LaserScan, pose: np.ndarray) -> np.ndarray:

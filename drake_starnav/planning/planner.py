@@ -307,8 +307,8 @@ def find_open_route(
     """Find a route whose exit is open; return the state with what was closed or reopened, and the route, or None.
 
     An exit at which the robot stands is closed if its probe is occluded, and the search begins again, at most
-    MOST_CLOSED times. As long as the probe is neither seen nor shown to be occluded, or is left for the next update,
-    the robot drives on towards it. Where no route is left, closures are reopened.
+    MOST_CLOSED times. As long as the probe is neither seen nor shown to be occluded, or once MOST_CLOSED exits are
+    closed, the robot drives on towards it. Where no route is left, closures are reopened.
     """
     region, route = inputs.observation.region, None
     assert region is not None

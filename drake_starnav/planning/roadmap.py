@@ -45,11 +45,11 @@ class ClosedPlaces:
 
     @cached_property
     def all_keep_outs(self) -> np.ndarray:
-        """The places of all walls, shape (k, 2), W, m."""
+        """The points of all keep-outs, shape (k, 2), W, m."""
         return np.vstack((np.zeros((0, 2)), *self.keep_out_points.values()))
 
     def add_keep_out(self, polygon: np.ndarray, distance: float, cause: str, cover_radius: float) -> "ClosedPlaces":
-        """Add the wall around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
+        """Add points around a polygon (n, 2), W, at a distance, for a robot of a cover radius, m."""
         places = around(polygon, distance, KEEP_OUT_SPACING * cover_radius)
         known_points = self.keep_out_points.get(cause, places[:0])
         return dataclasses.replace(
@@ -57,13 +57,13 @@ class ClosedPlaces:
         )
 
     def find_cause_near(self, places: np.ndarray, reach: float) -> str:
-        """Return the cause of a wall that is no farther than `reach` from places (n, 2), W, m; empty: there is none."""
+        """Return the cause of a keep-out no farther than `reach` from places (n, 2), W, m; empty: there is none."""
         return next(
             (c for c, wall in self.keep_out_points.items() if np.hypot(*(wall[:, None] - places).T).min() <= reach), ""
         )
 
     def open_part(self, region: StarRegion) -> StarRegion:
-        """Return the part of a region that no closure covers; a robot that is on a wall already may leave."""
+        """Return the part of a region that no closure covers; a robot that is in a keep-out already may leave."""
         if self.keep_out_points:
             room = region.radius + region.margin
             wall_distances = np.hypot(*(self.all_keep_outs - region.center).T)

@@ -103,28 +103,29 @@ def drive(
     run_log = None if log is None else RunLog(log, navigator)
     navigator.reset()
     end = ""
-    try:
-        with _freeze_objects(), _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset_signal:
-            robot.read()  # what waited while the navigator was built is old
-            for _ in timing.begin_periods(seconds):
-                reading = _read(robot, goal, reset_signal)
-                command = navigator.step(*reading)
-                robot.drive(command)
-                timing.note(reading)
-                if run_log is not None:
-                    run_log.note(reading, command, timing.durations[-1])
-                if not quiet:
-                    timing.print_status(command)
-                if stop_signal.is_set():
-                    end = "stopped"
-                elif until_reached and command.status == "reached" and not command.twist.any():
-                    end = "reached"
-                if end:
-                    break
-    finally:
-        _ramp_to_zero(navigator, robot)
-        if run_log is not None:
-            run_log.close()
+    with _freeze_objects():
+        try:
+            with _handle_signals() as stop_signal, _handle_signals(signal.SIGUSR1) as reset_signal:
+                robot.read()  # what waited while the navigator was built is old
+                for _ in timing.begin_periods(seconds):
+                    reading = _read(robot, goal, reset_signal)
+                    command = navigator.step(*reading)
+                    robot.drive(command)
+                    timing.note(reading)
+                    if run_log is not None:
+                        run_log.note(reading, command, timing.durations[-1])
+                    if not quiet:
+                        timing.print_status(command)
+                    if stop_signal.is_set():
+                        end = "stopped"
+                    elif until_reached and command.status == "reached" and not command.twist.any():
+                        end = "reached"
+                    if end:
+                        break
+        finally:
+            _ramp_to_zero(navigator, robot)
+            if run_log is not None:
+                run_log.close()
     return timing.summarize(end or "over", navigator.intake)
 
 

@@ -161,7 +161,7 @@ def _drive(
         message = advance_until(
             simulator,
             timeout,
-            [*watchers, *filter(None, [progress])],
+            [*watchers, *([] if progress is None else [progress])],
             lambda context: all(each.has_arrived(context) or each.has_given_up(context) for each in robots),
         )
         if message == INTERRUPTED:

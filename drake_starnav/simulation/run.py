@@ -163,7 +163,7 @@ def _simulate(
     scenario = navigation.station.scenario
     simulator = make_simulator(diagram, settings=scenario.simulator_config)
     reports: list[tuple[float, str]] = []
-    watchers = [make_watcher(simulator, navigation, logs, reports), *filter(None, [progress])]
+    watchers = [make_watcher(simulator, navigation, logs, reports), *([] if progress is None else [progress])]
     start_time = time.perf_counter()
     message = advance_until(simulator, scenario.simulation.timeout or navigation.world.timeout, watchers)
     wall_time, context = time.perf_counter() - start_time, simulator.get_context()

@@ -41,7 +41,8 @@ from drake_starnav.surroundings.view import NEAREST, View
 BODY_SLACK = 0.001
 """A ray may cross unknown space up to this far outside the footprint, m: within the margin, numerics."""
 OPEN, FREE = 4, 5
-"""Where a ray ends, beside the motions of what it hits (`lidar.laser_scan`): at unknown space, and at full range."""
+"""Where a ray ends, beside the motions of what it hits (`lidar.laser_scan`): at unknown space, and at full range. They
+are ordered by how little is known, from STATIC to FREE."""
 RAY_DIRECTIONS = LaserScan(0.0, -math.pi, TURN / BEARINGS, 0.0, 1.0, np.ones(BEARINGS)).beams.directions
 """Unit vectors along the rays, B, shape (BEARINGS, 2); the first points backwards."""
 PlacedBeams = tuple[Beams, np.ndarray]
@@ -114,27 +115,28 @@ def _trace_rays(
     """Return how far each ray is free, up to `farthest_range`, m, and what ends it, shape (BEARINGS,) each.
 
     Up to `own_reach`, of the same shape, m, it needs no view. A surface of a past view, the newest first, counts only
-    from where no newer view sees on.
+    from where rays that are followed through newer views end: what one of these sees only farther out does not count.
     """
-    distance, end, seen_range = np.full(BEARINGS, farthest_range), np.full(BEARINGS, FREE, np.int8), np.zeros(BEARINGS)
+    distance, end = np.full(BEARINGS, farthest_range), np.full(BEARINGS, FREE, np.int8)
+    followed_range = np.zeros(BEARINGS)
     outlines: list[Crossings] = []
     for count, (beams, pose) in enumerate((*current_beams, *past_beams), 1):
         outline, thin_obstacles = _cross_view(beams, pose, is_past=count > len(current_beams))
         outlines.append(outline)
-        _stop_rays(outline, UNKNOWN, seen_range, distance, end)
-        _stop_rays(thin_obstacles, UNKNOWN, seen_range, distance, end)
+        _stop_rays(outline, UNKNOWN, followed_range, distance, end)
+        _stop_rays(thin_obstacles, UNKNOWN, followed_range, distance, end)
         if count >= len(current_beams):
-            seen_range = _follow_rays(outlines, np.maximum(seen_range, own_reach))
+            followed_range = _follow_rays(outlines, np.maximum(followed_range, own_reach))
     for outline in outlines:  # a moving obstacle ends a ray only where no view sees on
-        _stop_rays(outline, DYNAMIC, seen_range, distance, end)
-    return np.minimum(seen_range, distance), np.where(seen_range < distance, OPEN, end)
+        _stop_rays(outline, DYNAMIC, followed_range, distance, end)
+    return np.minimum(followed_range, distance), np.where(followed_range < distance, OPEN, end)
 
 
 def _cross_view(beams: Beams, pose: np.ndarray, *, is_past: bool) -> tuple[Crossings, Crossings]:
     """Return where rays cross the outline of what was seen from a pose in B, and the hits that they may pass beside.
 
-    These are hits whose chords are no longer than rays are apart there; each counts on the nearest ray. What may have
-    moved since a past view, or was too far away to be told for certain, is no hit.
+    The latter are hits whose chords are no longer than rays are apart there; each counts on the nearest ray. What may
+    have moved since a past view, or was too far away to be told for certain, is no hit.
     """
     kinds, distances = beams.kinds, np.maximum(beams.distances, np.where(beams.kinds & HIT != 0, NEAREST, 0.0))
     motions = np.where(kinds & MAPPABLE == 0, UNKNOWN, np.where(kinds & MAY_LEAVE != 0, STANDING, STATIC))
@@ -163,10 +165,11 @@ def _outline_view(beams, distances, beam_ends):
     vertices, edge_ends = np.zeros((size, 2)), np.full(size, OPEN, np.int8)
     for i in range(size // 2):
         j = (i + 1) % n
-        a, b, last_end = distances[i], distances[j], max(beam_ends[i], beam_ends[j])
+        a, b, lesser_known = distances[i], distances[j], max(beam_ends[i], beam_ends[j])
         chord = compute_third_side(a, b, math.cos(beams.increment if j > 0 else beams.seam))
-        if last_end <= UNKNOWN and chord < CONNECTED_CHORD * beams.cover_radius:
-            edge_ends[2 * i] = last_end
+        if lesser_known <= UNKNOWN and chord < CONNECTED_CHORD * beams.cover_radius:
+            # it may leave if both hits may
+            edge_ends[2 * i] = UNKNOWN if lesser_known == UNKNOWN else min(beam_ends[i], beam_ends[j])
         else:
             edge_ends[2 * i] = DYNAMIC if beam_ends[i if a < b else j] == DYNAMIC else OPEN
             a = b = min(a, b)

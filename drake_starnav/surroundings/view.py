@@ -166,14 +166,9 @@ def carry_view(view: View, robot_pose: np.ndarray, time: float) -> View:
     return View(scan, confirmed_scan, mount, robot_pose, view.hit_history, view.params)
 
 
-def smooth_hits(scan: LaserScan, mount: Mount, smoothing: RangeSmoothing = UNSMOOTHED) -> Hits:
-    """Return static and possibly moving hits of a scan in B, as `View.scan` is; rays of an image may pass beside."""
-    return Hits(*make_hits(scan.beams, smoothing, mount.x, mount.y))
-
-
 @kernel
 def make_hits(beams, smoothing, x, y):
-    """Return points and half chords of `smooth_hits`, of beams that start at (x, y)."""
+    """Return smoothed static and possibly moving hits of beams that start at (x, y), and their half chords."""
     smoothed_ranges, hits = average_neighbours(beams, smoothing.beams, smoothing.slack), beams.kinds & HIT != 0
     points = place_ends(beams.directions, np.maximum(smoothed_ranges, NEAREST), hits, x, y, 1.0, 0.0)
     return points, measure_half_chords(smoothed_ranges, beams)[hits]

@@ -144,6 +144,17 @@ def test_what_was_seen_to_be_large_is_known_where_only_a_piece_of_it_is_in_view(
     assert not grid.classify_beams(wall.scan(PERIOD, np.zeros(3)), np.zeros(3), piece, OBSTACLES).may_start.any()
 
 
+def test_a_cell_is_large_if_any_of_the_hits_in_it_is() -> None:
+    """Close to the robot many beams end in one cell, whichever comes last."""
+    scene = Scene(hall((0.45, 0.0, 0.1)), (), lambda t: np.zeros((0, 2)))
+    scan = scene.scan(0.0, np.zeros(3))
+    cells = np.floor(scan.points() / CELL).astype(int)
+    is_large = np.zeros(360, bool)
+    is_large[np.flatnonzero(scan.hits)[np.unique(cells, axis=0, return_index=True)[1]]] = True  # the first in each
+    grid = OccupancyHistory.make_around(np.zeros(2), 6.0).add_scan(scan, np.zeros(3), is_large)
+    assert not grid.classify_beams(scan, np.zeros(3), NOTHING, OBSTACLES).may_start.any()
+
+
 def test_what_stands_where_a_large_surface_was_and_has_gone_may_start() -> None:
     standing = Scene(hall((1.5, 0.0, 0.3)), (), lambda t: np.zeros((0, 2)))
     empty = Scene(hall(), (), lambda t: np.zeros((0, 2)))

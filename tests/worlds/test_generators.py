@@ -27,7 +27,7 @@ from drake_starnav.worlds import (
     make_world,
     split_into_convex_parts,
 )
-from drake_starnav.worlds.generators.channel import _WIDTH
+from drake_starnav.worlds.generators.channel import _LANE_WIDTH
 from drake_starnav.worlds.generators.maze import _draw_spanning_tree_walls
 
 KINDS = [Forest(), Room(), Maze(family="cells"), Maze(family="open"), Corridor(), Crowd(), StopAndGo()]
@@ -128,7 +128,7 @@ def test_a_smooth_corridor_is_about_as_long_as_its_middle_line(length: float) ->
     found = find_shortest_path(world, 0.25)
     assert found is not None
     lanes = len(world.polygons) + 1
-    assert length - 2.0 * lanes * _WIDTH < found[0] <= length
+    assert length - 2.0 * lanes * _LANE_WIDTH < found[0] <= length
     assert world.timeout == pytest.approx(60.0 * length / 10.0)
 
 

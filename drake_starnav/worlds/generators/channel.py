@@ -90,7 +90,7 @@ def _make_walls(line: np.ndarray, width: float, wall: float) -> list[np.ndarray]
     return [make_rectangle(x[i0], y[j0], x[i1], y[j1]) for i0, j0, i1, j1 in inner_boxes]
 
 
-_WIDTH = 1.5  # m
+_LANE_WIDTH = 1.5  # m
 
 
 @dataclass(frozen=True)
@@ -101,25 +101,25 @@ class Corridor(Drawn):
     fin: float = parameter(0.4, "share of the width that a fin takes; 0 for smooth walls", low=0.0, high=0.9)
 
     def draw(self, rng: np.random.Generator) -> World:
-        lane_pitch = _WIDTH + WALL
-        lane_count = max(1, round(self.length / (8.0 - _WIDTH + lane_pitch)))
+        lane_pitch = _LANE_WIDTH + WALL
+        lane_count = max(1, round(self.length / (8.0 - _LANE_WIDTH + lane_pitch)))
         # the middle line: straight runs of lane - width, and a step of one pitch between two lanes
         run_length = (self.length - (lane_count - 1) * lane_pitch) / lane_count
-        lane_length = run_length + _WIDTH
+        lane_length = run_length + _LANE_WIDTH
         polygons = []
         for k in range(1, lane_count):
             y = k * lane_pitch - WALL
-            x_left, x_right = (0.0, run_length) if k % 2 else (_WIDTH, lane_length)
+            x_left, x_right = (0.0, run_length) if k % 2 else (_LANE_WIDTH, lane_length)
             polygons.append(make_rectangle(x_left, y, x_right, y + WALL))
         for k in range(lane_count):
-            bottom, top = k * lane_pitch, k * lane_pitch + _WIDTH
-            reach = self.fin * _WIDTH
-            x = _WIDTH + rng.uniform(0.5, 1.5)
-            while reach > 0.0 and x < lane_length - _WIDTH - 0.5:
+            bottom, top = k * lane_pitch, k * lane_pitch + _LANE_WIDTH
+            reach = self.fin * _LANE_WIDTH
+            x = _LANE_WIDTH + rng.uniform(0.5, 1.5)
+            while reach > 0.0 and x < lane_length - _LANE_WIDTH - 0.5:
                 y_low, y_high = (bottom, bottom + reach) if rng.random() < 0.5 else (top - reach, top)
                 polygons.append(make_rectangle(x, y_low, x + WALL, y_high))
-                x += rng.uniform(1.2, 2.5) * _WIDTH
-        half_width = _WIDTH / 2.0
+                x += rng.uniform(1.2, 2.5) * _LANE_WIDTH
+        half_width = _LANE_WIDTH / 2.0
         goal_x = lane_length - half_width if lane_count % 2 else half_width
         return World(
             name="corridor",
