@@ -42,7 +42,7 @@ ORDER = (
 """The systems of the loop as they are updated; what the last one sends goes back to the first."""
 NUMERICS = {*METHOD.split()} - {"errors", "parameters", "utils", "geometry", "lidar", "robot"}
 
-LEFT, BOX, PORTS, LANE, LINE, GAP = 10, 270, 350, 22, 18, 26
+LEFT, BOX, PORTS, LANE, LINE, GAP = 10, 310, 390, 22, 18, 26
 """Left edge and width of the boxes, where the lanes begin and their distance, height of a line, gap between boxes."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8A6D00", "#56B4E9", "#555555")
 FONT = 'font-family="Helvetica, Arial, sans-serif" font-size="12"'
