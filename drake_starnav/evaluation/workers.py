@@ -150,7 +150,7 @@ def run_batch(
     jobs = make_jobs(cases, trials, seed, done_keys)
     if not jobs:
         return list(records.values())
-    trial_count = len(make_jobs(cases, trials, seed))
+    trial_count = (trials if isinstance(trials, int) else len(trials)) * len(cases)
     untried_pairs: set[tuple[str, str]] = set()
     try:
         with Progress(title or "trials") as bar, closing(run_jobs(jobs, pool)) as results:

@@ -172,7 +172,7 @@ class Models:
 
     def _color_by_name(self, root: Element) -> None:
         """Give each look of a robot the colour of its material's name, or of SDF's words; white where none is said."""
-        colors: dict[str | None, Any] = {}
+        colors: dict[str | None, Element] = {}
         for material in root.iter("material"):
             for color in material.findall("color"):
                 colors[material.get("name")] = color
@@ -181,9 +181,10 @@ class Models:
                 for material in visual.findall("material"):
                     own = material.find("color")
                     if own is None and material.find("texture") is None:  # Drake refuses it
+                        known_color = colors.get(material.get("name"))
                         diffuse = (material.findtext("diffuse") or "").split() or "111"
-                        known_color = colors.get(material.get("name"), {"rgba": " ".join((*diffuse, "1")[:4])})
-                        own = SubElement(material, "color", rgba=known_color.get("rgba", ""))
+                        rgba = " ".join((*diffuse, "1")[:4]) if known_color is None else known_color.get("rgba", "")
+                        own = SubElement(material, "color", rgba=rgba)
                     if own is not None:  # under a name of its own: one name may have several colours
                         material.set("name", f"{material.get('name', '')} {own.get('rgba')}")
 

@@ -43,7 +43,8 @@ BODY_SLACK = 0.001
 OPEN, FREE = 4, 5
 """Where a ray ends, beside the motions of what it hits (`lidar.laser_scan`): at unknown space, and at full range. They
 are ordered by how little is known, from STATIC to FREE."""
-RAY_DIRECTIONS = LaserScan(0.0, -math.pi, TURN / BEARINGS, 0.0, 1.0, np.ones(BEARINGS)).beams.directions
+_RAY_BEARINGS = TURN / BEARINGS * np.arange(BEARINGS) - math.pi
+RAY_DIRECTIONS = np.column_stack((np.cos(_RAY_BEARINGS), np.sin(_RAY_BEARINGS)))
 """Unit vectors along the rays, B, shape (BEARINGS, 2); the first points backwards."""
 PlacedBeams = tuple[Beams, np.ndarray]
 """Beams of a view, and its pose (x, y, yaw) in the robot's frame B."""

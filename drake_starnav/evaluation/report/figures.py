@@ -126,8 +126,8 @@ def _draw_panels(
     guide_value: float | None = None,
 ) -> "Figure":
     """A panel for each scenario, a row for each method: a marker, its interval, its number."""
-    methods, rows = results.methods, -(-len(results.scenarios) // 4)
-    columns = -(-len(results.scenarios) // rows)
+    methods, rows = results.methods, math.ceil(len(results.scenarios) / 4)
+    columns = math.ceil(len(results.scenarios) / rows)
     figure = make_figure(rows * (0.95 + 0.38 * len(methods)))
     grid = figure.subplots(rows, columns, sharey=True, sharex=axis_limits is not None, squeeze=False)
     figure.supxlabel(label, fontsize=10)

@@ -84,8 +84,8 @@ class Rooms:
                 pieces = [(along_wall, gap), (gap + self.door, along_wall + _SIZE)] if is_joined[axis][i, j] else []
                 for first, last in pieces or [(along_wall, along_wall + _SIZE)]:
                     low, high = (wall_place - WALL / 2.0, first), (wall_place + WALL / 2.0, last)
-                    order = -1 if axis else 1
-                    polygons.append(make_rectangle(*low[::order], *high[::order]))
+                    corners = (low, high) if axis == 0 else (low[::-1], high[::-1])
+                    polygons.append(make_rectangle(*corners[0], *corners[1]))
         goal, niche = self._goal(rng, robot.radius, square_side)
         return World(
             name="rooms",
